@@ -1,0 +1,85 @@
+"""What the robot's sensors say, one value per message.
+
+Stamps are integer nanoseconds of ROS time; angles are counter-clockwise from base_link's x axis (REP-103).
+"""
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from hslam_types.se2 import SE2
+
+
+class Velocity(NamedTuple):
+    """A differential drive's twist in base_link: forward m/s and counter-clockwise rad/s."""
+
+    forward: float = 0.0
+    turn: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class OdometrySample:
+    """Dead reckoning at one stamp: the pose of base_link in odom and the measured velocity."""
+
+    stamp_ns: int
+    base_in_odom: SE2
+    velocity: Velocity = Velocity()
+
+
+class SonarPing(NamedTuple):
+    """One firing of one sonar; ``range_m`` from the transducer's face, +inf where nothing answered (REP-117)."""
+
+    sensor: int
+    stamp_ns: int
+    range_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class SonarRing:
+    """The fixed geometry of a ring of sonars: where each looks from and how it hears."""
+
+    bearings: tuple[float, ...]
+    """Direction of each sonar's axis in base_link (rad)."""
+    mount_radius_m: float
+    """Distance of every transducer's face from base_link's origin."""
+    range_min_m: float
+    range_max_m: float
+    cone_half_angle: float
+    """Half the main lobe (rad)."""
+
+
+@dataclass(frozen=True, slots=True)
+class SonarSweep:
+    """The pings since the last sweep, oldest first; may be empty."""
+
+    stamp_ns: int
+    ring: SonarRing
+    pings: tuple[SonarPing, ...]
+
+
+class LandmarkSighting(NamedTuple):
+    """An unlabelled point landmark in base_link: range (m), bearing (rad), each with its standard deviation."""
+
+    range_m: float
+    bearing: float
+    range_std_m: float
+    bearing_std: float
+
+
+@dataclass(frozen=True, slots=True)
+class LandmarkView:
+    """One look of the landmark sensor: everything within ``range_max_m`` all round should have been seen."""
+
+    stamp_ns: int
+    range_max_m: float
+    sightings: tuple[LandmarkSighting, ...]
+
+
+SCOUT_RING = SonarRing(
+    bearings=tuple(math.remainder(i * math.pi / 8.0, 2.0 * math.pi) for i in range(16)),
+    mount_radius_m=0.19,
+    range_min_m=0.1524,
+    range_max_m=6.477,
+    cone_half_angle=math.radians(15.0),
+)
+"""The Nomadic Scout's ring: index 0 forward, counter-clockwise; 6 to 255 whole inches."""
