@@ -6,8 +6,6 @@ meet point (paper, section III-A), so the terminal lies at (length, 0).
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from hslam_types.se2 import SE2, Array
 
 
@@ -53,8 +51,3 @@ class FrameLink:
     departure: int
     departure_in_edge: SE2
     covariance: Array
-
-
-def empty_covariance() -> Array:
-    """Return the covariance of an edge-map without landmarks whose terminal is exactly known (2 x 2)."""
-    return np.zeros((2, 2))
