@@ -1,0 +1,220 @@
+"""Every conversion between the suite's values and its messages, in pairs.
+
+All of them are exact (float64 throughout) but for the heading of an odometry message, which passes
+through a quaternion; whoever needs the same bits with and without ROS in between sends it through
+the pair once.
+"""
+
+import math
+from array import array
+
+import numpy as np
+from geometry_msgs.msg import Pose2D, Quaternion, TwistStamped
+from hslam_msgs.msg import EdgeMap as EdgeMapMsg
+from hslam_msgs.msg import FrameLink as FrameLinkMsg
+from hslam_msgs.msg import GvgEvent as GvgEventMsg
+from hslam_msgs.msg import GvgNode as GvgNodeMsg
+from hslam_msgs.msg import LandmarkObservations
+from hslam_msgs.msg import SonarRing as SonarRingMsg
+from nav_msgs.msg import Odometry
+from std_msgs.msg import Header
+
+from hslam_ros.stamps import stamp_from_msg, stamp_to_msg
+from hslam_types.edge_map import EdgeMap, FrameLink
+from hslam_types.gvg_events import EventKind, GvgEvent, NodeKind, NodeView
+from hslam_types.se2 import SE2
+from hslam_types.sensing import (
+    LandmarkSighting,
+    LandmarkView,
+    OdometrySample,
+    SonarPing,
+    SonarRing,
+    SonarSweep,
+    Velocity,
+)
+
+
+def header(stamp_ns: int, frame_id: str) -> Header:
+    """Return a header for a stamp in nanoseconds."""
+    return Header(stamp=stamp_to_msg(stamp_ns), frame_id=frame_id)
+
+
+def yaw_to_quaternion(yaw: float) -> Quaternion:
+    """Return the rotation by ``yaw`` (rad) about z."""
+    return Quaternion(z=math.sin(yaw / 2.0), w=math.cos(yaw / 2.0))
+
+
+def yaw_from_quaternion(q: Quaternion) -> float:
+    """Return the heading (rad, in (-pi, pi]) of a rotation about z; roll and pitch are ignored."""
+    return math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
+
+
+def pose_to_msg(pose: SE2) -> Pose2D:
+    """Return a planar pose as a message."""
+    return Pose2D(x=pose.x, y=pose.y, theta=pose.theta)
+
+
+def pose_from_msg(msg: Pose2D) -> SE2:
+    """Return a message's planar pose."""
+    return SE2(msg.x, msg.y, msg.theta)
+
+
+def odometry_to_msg(sample: OdometrySample, parent: str = "odom", child: str = "base_link") -> Odometry:
+    """Return odometry as a message: the pose of ``child`` in ``parent``."""
+    msg = Odometry(header=header(sample.stamp_ns, parent), child_frame_id=child)
+    msg.pose.pose.position.x = sample.base_in_odom.x
+    msg.pose.pose.position.y = sample.base_in_odom.y
+    msg.pose.pose.orientation = yaw_to_quaternion(sample.base_in_odom.theta)
+    msg.twist.twist.linear.x = sample.velocity.forward
+    msg.twist.twist.angular.z = sample.velocity.turn
+    return msg
+
+
+def odometry_from_msg(msg: Odometry) -> OdometrySample:
+    """Return a message's odometry."""
+    position, twist = msg.pose.pose.position, msg.twist.twist
+    pose = SE2(position.x, position.y, yaw_from_quaternion(msg.pose.pose.orientation))
+    return OdometrySample(stamp_from_msg(msg.header.stamp), pose, Velocity(twist.linear.x, twist.angular.z))
+
+
+def velocity_to_msg(velocity: Velocity, stamp_ns: int) -> TwistStamped:
+    """Return a command as a message, stamped with the cycle it answers."""
+    msg = TwistStamped(header=header(stamp_ns, "base_link"))
+    msg.twist.linear.x = velocity.forward
+    msg.twist.angular.z = velocity.turn
+    return msg
+
+
+def velocity_from_msg(msg: TwistStamped) -> Velocity:
+    """Return a message's command."""
+    return Velocity(msg.twist.linear.x, msg.twist.angular.z)
+
+
+def sonar_to_msg(sweep: SonarSweep) -> SonarRingMsg:
+    """Return a sweep as a message."""
+    ring = sweep.ring
+    return SonarRingMsg(
+        header=header(sweep.stamp_ns, "base_link"),
+        bearings=array("d", ring.bearings),
+        mount_radius=ring.mount_radius_m,
+        range_min=ring.range_min_m,
+        range_max=ring.range_max_m,
+        cone_half_angle=ring.cone_half_angle,
+        sensor=array("B", (ping.sensor for ping in sweep.pings)),
+        stamps=[stamp_to_msg(ping.stamp_ns) for ping in sweep.pings],
+        ranges=array("d", (ping.range_m for ping in sweep.pings)),
+    )
+
+
+def sonar_from_msg(msg: SonarRingMsg) -> SonarSweep:
+    """Return a message's sweep."""
+    ring = SonarRing(tuple(msg.bearings), msg.mount_radius, msg.range_min, msg.range_max, msg.cone_half_angle)
+    pings = tuple(
+        SonarPing(int(sensor), stamp_from_msg(stamp), range_m)
+        for sensor, stamp, range_m in zip(msg.sensor, msg.stamps, msg.ranges, strict=True)
+    )
+    return SonarSweep(stamp_from_msg(msg.header.stamp), ring, pings)
+
+
+def landmarks_to_msg(view: LandmarkView) -> LandmarkObservations:
+    """Return a look of the landmark sensor as a message."""
+    return LandmarkObservations(
+        header=header(view.stamp_ns, "base_link"),
+        range_max=view.range_max_m,
+        ranges=array("d", (s.range_m for s in view.sightings)),
+        bearings=array("d", (s.bearing for s in view.sightings)),
+        range_stds=array("d", (s.range_std_m for s in view.sightings)),
+        bearing_stds=array("d", (s.bearing_std for s in view.sightings)),
+    )
+
+
+def landmarks_from_msg(msg: LandmarkObservations) -> LandmarkView:
+    """Return a message's look of the landmark sensor."""
+    columns = zip(msg.ranges, msg.bearings, msg.range_stds, msg.bearing_stds, strict=True)
+    sightings = tuple(LandmarkSighting(*row) for row in columns)
+    return LandmarkView(stamp_from_msg(msg.header.stamp), msg.range_max, sightings)
+
+
+def event_to_msg(event: GvgEvent) -> GvgEventMsg:
+    """Return a GVG event as a message."""
+    msg = GvgEventMsg(
+        header=header(event.stamp_ns, "odom"),
+        sequence=event.sequence,
+        kind=int(event.kind),
+        has_node=event.node is not None,
+        branch=event.branch,
+        path_length=event.path_length_m,
+    )
+    if event.node is not None:
+        msg.node = GvgNodeMsg(
+            kind=int(event.node.kind),
+            x=event.node.x_in_odom,
+            y=event.node.y_in_odom,
+            clearance=event.node.clearance_m,
+            bearings=array("d", event.node.bearings_in_odom),
+        )
+    return msg
+
+
+def event_from_msg(msg: GvgEventMsg) -> GvgEvent:
+    """Return a message's GVG event; raises ValueError on an unknown kind."""
+    node = None
+    if msg.has_node:
+        seen = msg.node
+        node = NodeView(NodeKind(seen.kind), seen.x, seen.y, seen.clearance, tuple(seen.bearings))
+    stamp_ns = stamp_from_msg(msg.header.stamp)
+    return GvgEvent(msg.sequence, stamp_ns, EventKind(msg.kind), node, msg.branch, msg.path_length)
+
+
+def edge_map_to_msg(edge_map: EdgeMap, stamp_ns: int) -> EdgeMapMsg:
+    """Return an edge-map as a message, stamped with its arrival."""
+    return EdgeMapMsg(
+        header=header(stamp_ns, edge_frame(edge_map.traversal)),
+        traversal=edge_map.traversal,
+        arrival=edge_map.arrival,
+        terminal_x=edge_map.terminal_x,
+        landmarks=array("d", edge_map.landmarks.ravel()),
+        covariance=array("d", edge_map.covariance.ravel()),
+        sightings=array("I", edge_map.sightings),
+        departure_heading=edge_map.departure_heading,
+        robot_at_arrival=pose_to_msg(edge_map.robot_at_arrival),
+        path_length=edge_map.path_length_m,
+    )
+
+
+def edge_map_from_msg(msg: EdgeMapMsg) -> EdgeMap:
+    """Return a message's edge-map; raises ValueError where the array sizes contradict each other."""
+    size = 2 + len(msg.landmarks)
+    return EdgeMap(
+        traversal=msg.traversal,
+        arrival=msg.arrival,
+        terminal_x=msg.terminal_x,
+        landmarks=np.array(msg.landmarks, dtype=np.float64).reshape(-1, 2),
+        covariance=np.array(msg.covariance, dtype=np.float64).reshape(size, size),
+        sightings=tuple(int(n) for n in msg.sightings),
+        departure_heading=msg.departure_heading,
+        robot_at_arrival=pose_from_msg(msg.robot_at_arrival),
+        path_length_m=msg.path_length,
+    )
+
+
+def link_to_msg(link: FrameLink, stamp_ns: int) -> FrameLinkMsg:
+    """Return a link between frames as a message, stamped with its departure."""
+    return FrameLinkMsg(
+        header=header(stamp_ns, edge_frame(link.traversal)),
+        traversal=link.traversal,
+        departure=link.departure,
+        departure_in_edge=pose_to_msg(link.departure_in_edge),
+        covariance=link.covariance.ravel(),
+    )
+
+
+def link_from_msg(msg: FrameLinkMsg) -> FrameLink:
+    """Return a message's link between frames."""
+    covariance = np.array(msg.covariance, dtype=np.float64).reshape(3, 3)
+    return FrameLink(msg.traversal, msg.departure, pose_from_msg(msg.departure_in_edge), covariance)
+
+
+def edge_frame(traversal: int) -> str:
+    """Return the TF name of a traversal's edge frame."""
+    return f"edge_{traversal}"
