@@ -1,0 +1,1 @@
+"""Worlds, the Scout base, its sonar and landmark sensor, and the truth to score a run against."""
