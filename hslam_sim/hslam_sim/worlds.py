@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import yaml
 
-from hslam_sim import floor_plan, wall_landmarks
+from hslam_sim import floor_plan, raster_floor, raster_map, wall_landmarks
 from hslam_sim.world import World, WorldError
 
 PACKAGE = "hslam_sim"
@@ -69,8 +69,12 @@ def _read(path: Path) -> Mapping[str, Any]:
 
 
 def _build(path: Path, content: Mapping[str, Any], landmark_seed: int) -> World:
-    free_space = floor_plan.free_space(content)
-    start = floor_plan.start_pose(content)
+    if "image" in content:
+        given = floor_plan.start_pose(content) if "start" in content else None
+        floor = raster_floor.clean(raster_map.read(path.parent, content), given)
+        free_space, start = floor.free_space, floor.start
+    else:
+        free_space, start = floor_plan.free_space(content), floor_plan.start_pose(content)
     density = floor_plan.landmark_density(content)
     landmarks = wall_landmarks.place(free_space, density, np.random.default_rng(landmark_seed))
     return World(str(content.get("name", path.stem)), free_space, start, landmarks)
