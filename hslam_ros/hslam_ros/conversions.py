@@ -177,6 +177,7 @@ def edge_map_to_msg(edge_map: EdgeMap, stamp_ns: int) -> EdgeMapMsg:
         covariance=array("d", edge_map.covariance.ravel()),
         sightings=array("I", edge_map.sightings),
         departure_heading=edge_map.departure_heading,
+        arrival_heading=edge_map.arrival_heading,
         robot_at_arrival=pose_to_msg(edge_map.robot_at_arrival),
         path_length=edge_map.path_length_m,
     )
@@ -193,6 +194,7 @@ def edge_map_from_msg(msg: EdgeMapMsg) -> EdgeMap:
         covariance=np.array(msg.covariance, dtype=np.float64).reshape(size, size),
         sightings=tuple(int(n) for n in msg.sightings),
         departure_heading=msg.departure_heading,
+        arrival_heading=msg.arrival_heading,
         robot_at_arrival=pose_from_msg(msg.robot_at_arrival),
         path_length_m=msg.path_length,
     )

@@ -28,6 +28,9 @@ class EdgeMap:
     """How often each landmark was seen, length n."""
     departure_heading: float
     """Direction of the branch departed by, in the edge frame (the rotation that aligned it, negated)."""
+    arrival_heading: float
+    """Direction in which the branch come along leaves the terminal, in the edge frame (pi for a straight edge):
+    it ties the bearings of the arrival's node view to the map."""
     robot_at_arrival: SE2
     """Pose of base_link at the arrival event."""
     path_length_m: float
