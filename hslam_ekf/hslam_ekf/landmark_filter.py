@@ -1,0 +1,157 @@
+"""The extended Kalman filter of the paper's section III-A, in any frame: predict, expect, correct, augment.
+
+State (eq. 1): X = [x y theta bias | x_1 y_1 ... x_n y_n], metres and radians, with covariance P.  Both live
+in buffers that grow by doubling.  The correction touches P only through W = P H^T, of which H needs five
+columns a sighting, and keeps P exactly symmetric: eq. 6 is computed as P - V V^T with V = W L^-T and
+S = L L^T, a product whose two triangles are equal by construction.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import solve_triangular
+
+from hslam_ekf.association import Indices
+from hslam_ekf.config import EkfConfig
+from hslam_ekf.motion_model import ROBOT, move, move_jacobian, slip_noise
+from hslam_ekf.range_bearing import locate, locate_jacobians, observe, observe_jacobians
+from hslam_types.se2 import SE2, Array, wrap, wrap_all
+
+
+class Expectation(NamedTuple):
+    """What the filter expects to measure of k landmarks, and what the correction needs of them again."""
+
+    landmarks: Indices
+    """Which landmarks, k."""
+    sightings: Array
+    """Expected range and bearing, k x 2."""
+    by_pose: Array
+    """H's columns of the robot's pose, k x 2 x 3."""
+    by_landmark: Array
+    """H's columns of the landmark, k x 2 x 2."""
+    gathered: Array
+    """H P, k x 2 x dimension."""
+    spread: Array
+    """H P H^T of each landmark alone, k x 2 x 2."""
+
+
+class LandmarkFilter:
+    """Robot and landmarks in one frame; knows nothing of edges, looks or association."""
+
+    def __init__(self, base_in_frame: SE2, bias: float, bias_variance: float, config: EkfConfig) -> None:
+        """Start with a pose known exactly (P zero, as the paper has it) and what is known of the rotation bias."""
+        self._config = config
+        self._dimension = ROBOT
+        self._mean = np.zeros(64)
+        self._covariance = np.zeros((64, 64))
+        self._mean[:ROBOT] = (*base_in_frame, bias)
+        self._covariance[3, 3] = bias_variance
+        self.nis = (0.0, 0)
+        """Normalised innovation squared of the last correction and its degrees of freedom."""
+
+    @property
+    def mean(self) -> Array:
+        """X (a view, dimension)."""
+        return self._mean[: self._dimension]
+
+    @property
+    def covariance(self) -> Array:
+        """P (a view, dimension x dimension)."""
+        return self._covariance[: self._dimension, : self._dimension]
+
+    @property
+    def landmarks(self) -> Array:
+        """Landmark positions (a view, n x 2)."""
+        return self._mean[ROBOT : self._dimension].reshape(-1, 2)
+
+    def pose(self) -> tuple[SE2, Array]:
+        """Return the robot's pose and its covariance (3 x 3)."""
+        x, y, theta = self._mean[:3].tolist()
+        return SE2(x, y, theta), self._covariance[:3, :3].copy()
+
+    def predict(self, step: SE2) -> None:
+        """Move the robot by an odometry ``step``: X = f(X, U) and eq. 2, which touches the robot's rows of P only."""
+        robot, covariance = self._mean[:ROBOT], self.covariance
+        by_robot = move_jacobian(robot, step)
+        robot[:] = move(robot, step)
+        covariance[:ROBOT] = by_robot @ covariance[:ROBOT]
+        covariance[ROBOT:, :ROBOT] = covariance[:ROBOT, ROBOT:].T
+        block = covariance[:ROBOT, :ROBOT] @ by_robot.T + slip_noise(step, self._config)
+        covariance[:ROBOT, :ROBOT] = 0.5 * (block + block.T)
+
+    def expect(self, landmarks: Indices) -> Expectation:
+        """Return Z^ = h(X) of the given landmarks with grad h and H P H^T."""
+        pose, positions, covariance = self._mean[:3], self.landmarks[landmarks], self.covariance
+        by_pose, by_landmark = observe_jacobians(pose, positions)
+        columns = ROBOT + 2 * landmarks[:, None] + np.arange(2)
+        gathered = by_pose @ covariance[:3] + by_landmark @ covariance[columns]
+        own = np.take_along_axis(gathered, np.broadcast_to(columns[:, None, :], (len(columns), 2, 2)), axis=2)
+        spread = gathered[:, :, :3] @ by_pose.transpose(0, 2, 1) + own @ by_landmark.transpose(0, 2, 1)
+        return Expectation(landmarks, observe(pose, positions), by_pose, by_landmark, gathered, spread)
+
+    def correct(self, expected: Expectation, chosen: Indices, sightings: Array, noise: Array) -> None:
+        """Update X and P (eqs. 4 to 6) by sightings (m x 2, variances ``noise`` m x 2) of the ``chosen`` of ``expected``."""
+        count = len(chosen)
+        if count == 0:
+            return
+        rows = np.arange(count)
+        gathered = expected.gathered[chosen].reshape(2 * count, -1)
+        own = (ROBOT + 2 * expected.landmarks[chosen][:, None] + np.arange(2)).reshape(-1)
+        h = np.zeros((count, 2, 3 + 2 * count))
+        h[:, :, :3] = expected.by_pose[chosen]
+        h[:, :, 3:].reshape(count, 2, count, 2)[rows, :, rows] = expected.by_landmark[chosen]
+        innovation = sightings - expected.sightings[chosen]
+        innovation[:, 1] = wrap_all(innovation[:, 1])
+        touched = gathered[:, np.concatenate((np.arange(3), own))]
+        s = touched @ h.reshape(2 * count, -1).T + np.diag(noise.reshape(-1))
+        lower = np.linalg.cholesky(s)
+        whitened = solve_triangular(
+            lower, np.column_stack((innovation.reshape(-1), gathered)), lower=True, check_finite=False
+        )
+        z, v = whitened[:, 0], np.ascontiguousarray(whitened[:, 1:])
+        mean, covariance = self.mean, self.covariance
+        mean += z @ v  # eq. 5: K (Z - Z^) = W L^-T L^-1 (Z - Z^)
+        mean[2] = wrap(mean[2])
+        covariance -= v.T @ v  # eq. 6: K S K^T = W S^-1 W^T
+        self.nis = (float(z @ z), 2 * count)
+
+    def augment(self, sightings: Array, noise: Array) -> None:
+        """Add a landmark for each sighting (m x 2, variances ``noise`` m x 2) with its full cross-covariance."""
+        old, new = self._dimension, self._dimension + 2 * len(sightings)
+        self._reserve(new)
+        pose = self._mean[:3]
+        by_pose, by_sighting = locate_jacobians(pose, sightings)
+        gx = by_pose.reshape(-1, 3)
+        self._mean[old:new] = locate(pose, sightings).reshape(-1)
+        covariance = self._covariance
+        cross = gx @ covariance[:3, :old]
+        block = cross[:, :3] @ gx.T
+        block = 0.5 * (block + block.T)
+        rows = np.arange(len(sightings))
+        own = (by_sighting * noise[:, None, :]) @ by_sighting.transpose(0, 2, 1)
+        block.reshape(len(rows), 2, len(rows), 2)[rows, :, rows] += 0.5 * (own + own.transpose(0, 2, 1))
+        covariance[old:new, :old], covariance[:old, old:new], covariance[old:new, old:new] = cross, cross.T, block
+        self._dimension = new
+
+    def keep(self, landmarks: Indices) -> None:
+        """Marginalise all landmarks but the given ones."""
+        kept = np.concatenate((np.arange(ROBOT), (ROBOT + 2 * landmarks[:, None] + np.arange(2)).reshape(-1)))
+        self.replace(self.mean[kept], self.covariance[np.ix_(kept, kept)])
+
+    def replace(self, mean: Array, covariance: Array) -> None:
+        """Put the state and covariance of the same robot (and landmarks) in, for example in another frame."""
+        self._reserve(len(mean))
+        self._dimension = len(mean)
+        self._mean[: len(mean)] = mean
+        self._covariance[: len(mean), : len(mean)] = covariance
+
+    def _reserve(self, dimension: int) -> None:
+        """Grow the buffers by doubling until they hold ``dimension``."""
+        size = len(self._mean)
+        if dimension <= size:
+            return
+        while size < dimension:
+            size *= 2
+        mean, covariance = np.zeros(size), np.zeros((size, size))
+        mean[: self._dimension], covariance[: self._dimension, : self._dimension] = self.mean, self.covariance
+        self._mean, self._covariance = mean, covariance

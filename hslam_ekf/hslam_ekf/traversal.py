@@ -1,0 +1,114 @@
+"""One traversal: a filter from departure to arrival, the edge-map it ends in, and the link to the next one."""
+
+import numpy as np
+
+from hslam_ekf.association import associate
+from hslam_ekf.config import EkfConfig
+from hslam_ekf.edge_frame import turn_to_terminal
+from hslam_ekf.errors import EkfError
+from hslam_ekf.landmark_evidence import LandmarkEvidence
+from hslam_ekf.landmark_filter import LandmarkFilter
+from hslam_ekf.motion_model import ROBOT
+from hslam_ekf.range_bearing import observe, relative_point
+from hslam_types.edge_map import EdgeMap, FrameLink
+from hslam_types.gvg_events import GvgEvent
+from hslam_types.se2 import SE2, Array, compose_jacobians, wrap
+from hslam_types.sensing import LandmarkView
+
+_OUT_OF_SIGHT_M = 0.5
+"""Landmarks expected this much beyond the sensor's range cannot be what was seen."""
+
+
+class Traversal:
+    """Tracks robot and landmarks in the departure frame, then, once arrived, in the edge frame."""
+
+    def __init__(  # noqa: PLR0913 - a start state in full
+        self, sequence: int, base_in_odom: SE2, base_in_frame: SE2, bias: float, bias_variance: float, config: EkfConfig
+    ) -> None:
+        """Begin at event ``sequence`` with the robot's pose in the frame (exact) and the rotation bias as known so far."""
+        self.sequence = sequence
+        self.arrived = False
+        self.filter = LandmarkFilter(base_in_frame, bias, bias_variance, config)
+        self._evidence = LandmarkEvidence(config)
+        self._base_in_odom = base_in_odom
+        self._config = config
+
+    def advance(self, base_in_odom: SE2) -> None:
+        """Predict to a new odometry pose; standing still costs nothing."""
+        if base_in_odom != self._base_in_odom:
+            self.filter.predict(self._base_in_odom.to(base_in_odom))
+            self._base_in_odom = base_in_odom
+
+    def look(self, view: LandmarkView) -> None:
+        """Associate a look's sightings, correct by the accepted ones, start landmarks from the strange ones."""
+        readings = np.array(view.sightings, dtype=np.float64).reshape(-1, 4)
+        sightings, noise = readings[:, :2], readings[:, 2:] ** 2
+        distance = observe(self.filter.mean[:3], self.filter.landmarks)[:, 0]
+        expected = self.filter.expect(np.flatnonzero(distance < view.range_max_m + _OUT_OF_SIGHT_M))
+        verdict = associate(
+            sightings, noise, expected.sightings, expected.spread,
+            accept_gate=self._config.accept_gate, new_gate=self._config.new_gate,
+        )  # fmt: skip
+        self.filter.correct(expected, verdict.landmarks, sightings[verdict.sightings], noise[verdict.sightings])
+        inside = expected.sightings[:, 0] < view.range_max_m
+        self._evidence.count(
+            expected.landmarks[verdict.landmarks], expected.landmarks[inside], expected.sightings[inside], sightings
+        )
+        if len(verdict.fresh):
+            self.filter.augment(sightings[verdict.fresh], noise[verdict.fresh])
+            self._evidence.add(len(verdict.fresh))
+        credible = self._evidence.credible()
+        if len(credible) < len(self._evidence.sightings):
+            self.filter.keep(credible)
+            self._evidence.keep(credible)
+
+    def arrive(self, event: GvgEvent) -> EdgeMap:
+        """Close the edge-map at the terminal the event announces and go on in its edge frame.
+
+        The terminal joins the state as a point seen from the robot with the homing error, the frame turns
+        through it, and the map is what remains when robot and bias are marginalised out.
+        """
+        if event.node is None:
+            raise EkfError(f"arrival event {event.sequence} comes without a node")
+        terminal, by_pose = relative_point(
+            self.filter.mean[:3], *self._base_in_odom.inverse().apply(event.node.x_in_odom, event.node.y_in_odom)
+        )
+        covariance = self.filter.covariance
+        cross = by_pose @ covariance[:3]
+        own = cross[:, :3] @ by_pose.T + self._config.homing_m**2 * np.eye(2)
+        mean, joint, phi = turn_to_terminal(
+            np.concatenate((self.filter.mean, terminal)),
+            np.block([[covariance, cross.T], [cross, own]]),
+            terminal_min_m=self._config.terminal_min_m,
+        )
+        self.filter.replace(mean[:-2], joint[:-2, :-2])
+        self.arrived = True
+        base_in_edge = self.filter.pose()[0]
+        bearing_in_odom = event.node.bearings_in_odom[event.branch]
+        kept = self._evidence.lasting()
+        rows = np.concatenate((ROBOT + 2 * kept[:, None] + np.arange(2), [[len(mean) - 2, len(mean) - 1]]))
+        rows = np.roll(rows, 1, axis=0).reshape(-1)  # the terminal first
+        return EdgeMap(
+            traversal=self.sequence,
+            arrival=event.sequence,
+            terminal_x=float(mean[-2]),
+            landmarks=self.filter.landmarks[kept],
+            covariance=joint[np.ix_(rows, rows)],
+            sightings=tuple(self._evidence.sightings[kept].tolist()),
+            departure_heading=-phi,
+            arrival_heading=wrap(bearing_in_odom - self._base_in_odom.theta + base_in_edge.theta),
+            robot_at_arrival=base_in_edge,
+            path_length_m=event.path_length_m,
+        )
+
+    def link(self, departure: GvgEvent, departure_in_base: SE2) -> FrameLink:
+        """Tell where the frame that starts at ``departure`` sits in this edge's frame."""
+        base_in_edge, covariance = self.filter.pose()
+        by_base, _ = compose_jacobians(base_in_edge, departure_in_base)
+        spread: Array = by_base @ covariance @ by_base.T
+        return FrameLink(
+            traversal=self.sequence,
+            departure=departure.sequence,
+            departure_in_edge=base_in_edge @ departure_in_base,
+            covariance=0.5 * (spread + spread.T),
+        )
