@@ -1,0 +1,21 @@
+"""Installs hslam_bags where ament and `ros2 run` look for it."""
+
+from setuptools import setup
+
+setup(
+    name="hslam_bags",
+    version="0.1.0",
+    packages=["hslam_bags"],
+    package_data={"hslam_bags": ["py.typed"]},
+    data_files=[
+        ("share/ament_index/resource_index/packages", ["resource/hslam_bags"]),
+        ("share/hslam_bags", ["package.xml"]),
+    ],
+    zip_safe=True,
+    entry_points={
+        "console_scripts": [
+            "record_node = hslam_bags.record_node:main",
+            "replay_node = hslam_bags.replay_node:main",
+        ]
+    },
+)
