@@ -17,8 +17,8 @@ from hslam_types.se2 import SE2, Array, wrap
 def reverse(edge_map: EdgeMap) -> EdgeMap:
     """Return the same map in the frame at its terminal, x towards its origin; ``reverse`` twice is the identity.
 
-    The record of the drive stays that of the drive made: ``departure_heading`` and ``robot_at_arrival`` are
-    the same direction and pose, expressed in the new frame.
+    The record of the drive stays that of the drive made: both headings and ``robot_at_arrival`` are the
+    same directions and pose, expressed in the new frame.
     """
     jacobian = reverse_jacobian(edge_map.size)
     return replace(
@@ -26,6 +26,7 @@ def reverse(edge_map: EdgeMap) -> EdgeMap:
         landmarks=np.array([edge_map.terminal_x, 0.0]) - edge_map.landmarks,
         covariance=jacobian @ edge_map.covariance @ jacobian.T,
         departure_heading=wrap(edge_map.departure_heading + math.pi),
+        arrival_heading=wrap(edge_map.arrival_heading + math.pi),
         robot_at_arrival=SE2(edge_map.terminal_x, 0.0, -math.pi).inverse() @ edge_map.robot_at_arrival,
     )
 
