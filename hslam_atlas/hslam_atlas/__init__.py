@@ -1,0 +1,1 @@
+"""Edge-maps to an atlas: matching, loop closing, optimisation, planning, exploration."""

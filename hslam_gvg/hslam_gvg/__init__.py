@@ -1,0 +1,1 @@
+"""Sonar to local obstacle map to control along the generalized Voronoi graph."""

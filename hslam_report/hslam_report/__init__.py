@@ -1,0 +1,1 @@
+"""Scores and figures of a finished run; the only part besides the simulator that may read the truth."""

@@ -1,0 +1,19 @@
+#!/bin/sh
+# Prints the Python that the set-up uses, or says in one line which one is missing.
+# Usage: find_python.sh [command]   (default: the first that fits; ROS from apt is tied to the system's Python)
+fits='import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))'
+if [ -n "$1" ]; then
+    candidates=$1
+elif [ -e "${HSLAM_ROS:-/opt/ros/jazzy}/setup.sh" ]; then
+    candidates=/usr/bin/python3
+else
+    candidates="python3 python3.13 python3.12 python3.11"
+fi
+for candidate in $candidates; do
+    if "$candidate" -c "$fits" 2>/dev/null; then
+        command -v "$candidate"
+        exit 0
+    fi
+done
+echo "set-up: no Python 3.11 to 3.13 found (looked for: $candidates); on Debian or Ubuntu: apt install python3 python3-venv python3-dev" >&2
+exit 1
