@@ -28,7 +28,11 @@ def declare(node: Node, config_type: type[C], prefix: str = "") -> C:
         name = prefix + entry.name
         try:
             values[entry.name] = node.declare_parameter(name, entry.default, _descriptor(entry)).value
-        except (InvalidParameterTypeException, InvalidParameterValueException, ParameterUninitializedException) as error:
+        except (
+            InvalidParameterTypeException,
+            InvalidParameterValueException,
+            ParameterUninitializedException,
+        ) as error:
             raise ConfigurationError(f"parameter '{name}': {error} ({entry.meaning})") from error
     return config_type(**values)
 
@@ -38,7 +42,9 @@ def _descriptor(entry: Parameter) -> ParameterDescriptor:
     descriptor = ParameterDescriptor(description=entry.meaning + unit, read_only=True)
     if math.isfinite(entry.low) and math.isfinite(entry.high):
         if isinstance(entry.default, float):
-            descriptor.floating_point_range = [FloatingPointRange(from_value=float(entry.low), to_value=float(entry.high))]
+            descriptor.floating_point_range = [
+                FloatingPointRange(from_value=float(entry.low), to_value=float(entry.high))
+            ]
         elif type(entry.default) is int:
             descriptor.integer_range = [IntegerRange(from_value=int(entry.low), to_value=int(entry.high), step=1)]
     return descriptor

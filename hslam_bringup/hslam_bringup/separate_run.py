@@ -1,0 +1,109 @@
+"""A run as users of ROS have it: every node a process of its own, in lock-step over DDS."""
+
+import math
+import os
+from collections.abc import Callable, Mapping
+
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.serialization import deserialize_message
+
+from hslam_bringup.errors import RunError
+from hslam_bringup.fleet import Fleet, NodeProcess
+from hslam_bringup.isolation import private_domain
+from hslam_bringup.progress import Snapshot
+from hslam_bringup.run_options import RunOptions
+from hslam_msgs.msg import Atlas, NodeStatus
+from hslam_ros.qos import CYCLE, LATCHED, SENSOR
+from hslam_ros.stamps import NS_PER_S, stamp_from_msg
+from nav_msgs.msg import Odometry
+
+_LOOK_S = 0.25
+"""How often the runner looks at the processes and redraws."""
+
+
+def run_separately(options: RunOptions, show: Callable[[Snapshot], None]) -> dict[str, float]:
+    """Explore with separate processes until the atlas says that it is finished; return peak memory (MB) by node.
+
+    Raises NodeDiedError, naming the node, when a process ends early, and RunError at the time limit.
+    However it ends, the nodes are stopped in order: the base first, the recorder last.
+    """
+    with private_domain() as environment:
+        fleet = Fleet(options.out / "log", environment)
+        order = ["sim", "atlas", "ekf", "gvg", "recorder"]
+        try:
+            for node in _nodes(options):
+                fleet.start(node)
+            _watch(fleet, environment, options, show)
+        finally:
+            fleet.stop(order)
+        return fleet.peak_rss_mb()
+
+
+def _nodes(options: RunOptions) -> list[NodeProcess]:
+    def parameters(name: str, own: Mapping[str, object]) -> dict[str, object]:
+        return {"lockstep": True} | dict(own) | options.node_settings(name)
+
+    sim = {"world": options.world, "seed": options.seed, "lockstep_nodes": ["gvg", "ekf", "atlas"]}
+    atlas = {"store": str(options.atlas), "mission": "explore"}
+    return [
+        NodeProcess("recorder", "hslam_bags", "record_node", {"path": str(options.bag)}),
+        NodeProcess("gvg", "hslam_gvg", "gvg_node", parameters("gvg", {})),
+        NodeProcess("ekf", "hslam_ekf", "ekf_node", parameters("ekf", {})),
+        NodeProcess("atlas", "hslam_atlas", "atlas_node", parameters("atlas", atlas)),
+        NodeProcess("sim", "hslam_sim", "sim_node", parameters("sim", sim)),
+    ]
+
+
+class _Onlooker(Node):
+    """Follows a run from outside, for the display alone; messages are decoded only when it is redrawn."""
+
+    def __init__(self, context: rclpy.Context) -> None:
+        super().__init__("hslam_onlooker", context=context)
+        self._raw: dict[type, bytes] = {}
+        self._path_length_m = 0.0
+        self._last_xy: tuple[float, float] | None = None
+        for kind, topic, qos in (
+            (NodeStatus, "atlas/status", CYCLE),
+            (Atlas, "atlas/atlas", LATCHED),
+            (Odometry, "odom", SENSOR),
+        ):
+            self.create_subscription(kind, topic, lambda raw, kind=kind: self._raw.update({kind: raw}), qos, raw=True)
+
+    def look(self) -> Snapshot | None:
+        """Return where the run stands, or None before it has begun."""
+        if NodeStatus not in self._raw:
+            return None
+        status = deserialize_message(self._raw[NodeStatus], NodeStatus)
+        atlas = deserialize_message(self._raw[Atlas], Atlas) if Atlas in self._raw else Atlas()
+        if Odometry in self._raw:
+            at = deserialize_message(self._raw[Odometry], Odometry).pose.pose.position
+            if self._last_xy is not None:
+                self._path_length_m += math.dist(self._last_xy, (at.x, at.y))
+            self._last_xy = (at.x, at.y)
+        unexplored = sum(edge < 0 for node in atlas.nodes for edge in node.edges)
+        sim_time_s = stamp_from_msg(status.header.stamp) / NS_PER_S
+        return Snapshot(sim_time_s, len(atlas.nodes), len(atlas.edges), unexplored, self._path_length_m)
+
+
+def _watch(fleet: Fleet, environment: Mapping[str, str], options: RunOptions, show: Callable[[Snapshot], None]) -> None:
+    os.environ.update(environment)
+    context = rclpy.Context()
+    rclpy.init(context=context, domain_id=int(environment["ROS_DOMAIN_ID"]))
+    onlooker = _Onlooker(context)
+    executor = SingleThreadedExecutor(context=context)
+    executor.add_node(onlooker)
+    try:
+        while not fleet.ended("sim"):
+            executor.spin_once(timeout_sec=_LOOK_S)
+            now = onlooker.look()
+            if now is not None:
+                show(now)
+                if now.sim_time_s > options.time_limit_s:
+                    raise RunError(
+                        f"not finished after {options.time_limit_s:.0f} s of simulated time; the atlas so far is kept"
+                    )
+    finally:
+        onlooker.destroy_node()
+        context.try_shutdown()

@@ -1,0 +1,70 @@
+"""Cycles come out complete and in order, however the messages of several topics interleave."""
+
+from random import Random
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hslam_ros.step_order import StepOrder
+
+
+def test_a_cycle_waits_for_an_implicit_stream() -> None:
+    order = StepOrder(implicit=["sonar"])
+    order.tick(10, "odom")
+    assert not list(order.ready())
+    order.put("sonar", 10, "sweep")
+    (cycle,) = order.ready()
+    assert (cycle.stamp_ns, cycle.clock, cycle.inputs) == (10, "odom", {"sonar": ("sweep",)})
+
+
+def test_a_cycle_waits_for_every_promised_message() -> None:
+    order = StepOrder(promised=["events"])
+    order.tick(10)
+    order.promise("events", 10, 2)
+    order.put("events", 10, "arrival")
+    assert not list(order.ready())
+    order.put("events", 10, "departure")
+    (cycle,) = order.ready()
+    assert cycle.inputs == {"events": ("arrival", "departure")}
+
+
+def test_messages_of_a_later_cycle_stay_behind() -> None:
+    order = StepOrder(implicit=["sonar"])
+    order.put("sonar", 10, "early")
+    order.put("sonar", 20, "late")
+    order.tick(10)
+    (cycle,) = order.ready()
+    assert cycle.inputs == {"sonar": ("early",)}
+
+
+def test_running_free_it_waits_no_longer_than_the_hold_back() -> None:
+    order = StepOrder(promised=["landmarks"], hold_ns=5)
+    order.tick(10)
+    order.tick(14)
+    assert not list(order.ready())
+    order.tick(15)
+    assert [cycle.stamp_ns for cycle in order.ready()] == [10]
+
+
+@given(st.lists(st.integers(0, 3), min_size=1, max_size=8), st.randoms(use_true_random=False))
+def test_any_interleaving_gives_the_same_cycles(events_per_cycle: list[int], random: Random) -> None:
+    """Each topic keeps its own order, as DDS does; the topics interleave at random."""
+    clock = [("tick", 10 * i, f"odom{i}") for i in range(len(events_per_cycle))]
+    events = [("event", 10 * i, f"event{i}.{k}") for i, n in enumerate(events_per_cycle) for k in range(n)]
+    totals = [sum(events_per_cycle[: i + 1]) for i in range(len(events_per_cycle))]
+    promises = [("promise", 10 * i, total) for i, total in enumerate(totals)]
+    order = StepOrder(promised=["events"])
+    seen = []
+    topics = [clock, events, promises]
+    while any(topics):
+        kind, stamp_ns, item = random.choice([topic for topic in topics if topic]).pop(0)
+        if kind == "tick":
+            order.tick(stamp_ns, item)
+        elif kind == "event":
+            order.put("events", stamp_ns, item)
+        else:
+            order.promise("events", stamp_ns, item)
+        seen += order.ready()
+    expected = [tuple(f"event{i}.{k}" for k in range(n)) for i, n in enumerate(events_per_cycle)]
+    assert [cycle.inputs["events"] for cycle in seen] == expected
+    assert [cycle.clock for cycle in seen] == [f"odom{i}" for i in range(len(expected))]
