@@ -16,7 +16,7 @@ class BatteryConfiguration(Configuration):
     full_v: float = parameter(12.7, "voltage when full", low=6.0, high=12.85, unit="V")
     empty_v: float = parameter(11.0, "voltage when empty", low=6.0, high=12.85, unit="V")
     idle_hours: float = parameter(8.0, "time a standing robot lasts", low=0.1, high=1000.0, unit="h")
-    range_km: float = parameter(12.0, "distance the charge lasts, standing costs aside", low=0.1, high=1000.0, unit="km")
+    range_km: float = parameter(12.0, "distance the charge lasts, standing aside", low=0.1, high=1000.0, unit="km")
 
 
 def charge_left(config: BatteryConfiguration, elapsed_s: float, driven_m: float) -> float:

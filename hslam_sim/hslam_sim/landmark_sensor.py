@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
+
 from hslam_sim.point_index import PointIndex
 from hslam_sim.wall_index import WallIndex
 from hslam_types.config import Configuration, parameter
@@ -29,9 +30,7 @@ class LandmarkConfiguration(Configuration):
     range_std_fraction: float = parameter(
         0.02, "standard deviation of a range that grows with it, added to the first", low=0.0, high=0.5
     )
-    bearing_std: float = parameter(
-        math.radians(1.0), "standard deviation of a bearing", low=0.0, high=0.5, unit="rad"
-    )
+    bearing_std: float = parameter(math.radians(1.0), "standard deviation of a bearing", low=0.0, high=0.5, unit="rad")
     missed_probability: float = parameter(0.1, "chance that a box in sight is not found", low=0.0, high=1.0)
     clutter_probability: float = parameter(
         0.1, "chance that a look holds one false sighting (about 1 % of sightings)", low=0.0, high=1.0
@@ -56,7 +55,7 @@ class LandmarkSensor:
         self._walls, self._config, self._rng = walls, config, rng
 
     def look(self, stamp_ns: int, base_in_map: SE2) -> LandmarkView:
-        """Return the sightings from a pose of base_link in map, ordered by bearing: nothing tells which box is which."""
+        """Return the sightings from a pose of base_link in map, by bearing: nothing tells which box is which."""
         config, rng = self._config, self._rng
         range_m, bearing = self._in_sight(base_in_map)
         found = rng.random(len(range_m)) >= config.missed_probability

@@ -1,4 +1,4 @@
-"""Where two walls meet: concave corners, which send sound back wherever it comes from, and convex edges, which hardly do.
+"""Where two walls meet: concave corners, which send all sound back, and convex edges, which hardly answer.
 
 Source: R. Kuc and M. W. Siegel, "Physically based simulation model for acoustic sensor robot navigation",
 IEEE PAMI 9(6), 1987: planes, corners and edges are the reflectors of an indoor sonar.
@@ -8,6 +8,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+
 from hslam_types.se2 import Array
 
 CORNER_TURN = math.radians(60.0), math.radians(120.0)

@@ -3,13 +3,14 @@
 import math
 
 import numpy as np
+
 from hslam_sim.base_configuration import BaseConfiguration
 from hslam_sim.wall_index import WallIndex
 from hslam_types.se2 import SE2, wrap
 from hslam_types.sensing import Velocity
 
-SUBSTEP_S = 0.02
-"""Integration step; arcs this short are exact to a few micrometres at the Scout's speeds."""
+SUBSTEP_S = 0.03
+"""Integration step; a chord this short is an arc to a few micrometres at the Scout's speeds."""
 
 
 class ScoutBase:

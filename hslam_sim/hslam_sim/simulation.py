@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import NamedTuple, Self
 
 import numpy as np
+
 from hslam_sim.base_configuration import BaseConfiguration
 from hslam_sim.battery import BatteryConfiguration, charge_left, reported_voltage
 from hslam_sim.landmark_sensor import LandmarkConfiguration, LandmarkSensor

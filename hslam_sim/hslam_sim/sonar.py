@@ -8,13 +8,13 @@ and from near, side lobes hear a near wall at normal incidence only.  The first 
 import math
 
 import numpy as np
-from hslam_types.se2 import SE2, Array
-from hslam_types.sensing import SonarPing, SonarRing
 
 from hslam_sim.point_index import PointIndex
 from hslam_sim.reflectors import find_reflectors
 from hslam_sim.sonar_configuration import SonarConfiguration
 from hslam_sim.wall_index import WallIndex, Walls
+from hslam_types.se2 import SE2, Array
+from hslam_types.sensing import SonarPing, SonarRing
 
 SCOUT_FIRING_ORDER = (0, 2, 15, 1, 14, 3, 13, 4, 12, 5, 11, 6, 10, 7, 9, 8)
 """The standard order of every Scout driver: neighbours are kept apart in time."""
@@ -30,9 +30,12 @@ class SonarSimulator:
     ) -> None:
         """Take the world's segments (n x 4, free space left), their index, the ring and the sensor's own generator."""
         self._walls, self._ring, self._config, self._rng = walls, ring, config, rng
-        reflectors = find_reflectors(segments, config.corner_wall_m)
-        self._corners = PointIndex(reflectors.corners, ring.range_max_m + ring.mount_radius_m)
-        self._edges = PointIndex(reflectors.edges, config.edge_range_m + ring.mount_radius_m)
+        corners, edges = find_reflectors(segments, config.corner_wall_m)
+        # Columns: x, y, reach (m), chance of an answer.
+        sure = np.broadcast_to([ring.range_max_m, 1.0], corners.shape)
+        weak = np.broadcast_to([config.edge_range_m, config.edge_probability], edges.shape)
+        points = np.vstack((np.hstack((corners, sure)), np.hstack((edges, weak))))
+        self._vertices = PointIndex(points, ring.range_max_m + ring.mount_radius_m)
         count = 2 * math.ceil(ring.cone_half_angle / config.ray_spacing) + 1
         angles = [ring.cone_half_angle * (2 * i / (count - 1) - 1) for i in range(count)]
         self._fan_x = np.array([math.cos(a) for a in angles])
@@ -40,7 +43,7 @@ class SonarSimulator:
         self._cos_main, self._cos_side = math.cos(ring.cone_half_angle), math.cos(config.side_lobe_angle)
 
     def ping(self, number: int, stamp_ns: int, base_in_map: SE2) -> SonarPing:
-        """Fire the ``number``-th ping (from 0) from a pose of base_link in map; every ping draws equally many numbers."""
+        """Fire the ``number``-th ping (from 0) from a pose of base_link; every ping draws equally many numbers."""
         sensor = SCOUT_FIRING_ORDER[number % len(SCOUT_FIRING_ORDER)]
         chance = self._rng.random(6).tolist()
         noise = float(self._rng.standard_normal())
@@ -69,24 +72,19 @@ class SonarSimulator:
         config = self._config
         ux, uy = math.cos(axis), math.sin(axis)
         facing = self._walls.near(x, y).facing(x, y, self._ring.range_max_m)
-        lobe = self._lobe(facing, x, y, axis, self._ring.cone_half_angle)
-        targets = [self._in_cone(self._corners.near(x, y), x, y, ux, uy, self._ring.range_max_m)]
-        if edge < config.edge_probability:
-            targets.append(self._in_cone(self._edges.near(x, y), x, y, ux, uy, config.edge_range_m))
-        rays_x, rays_y = [ux * self._fan_x - uy * self._fan_y], [uy * self._fan_x + ux * self._fan_y]
-        for target in targets:
-            if len(target):
-                rays_x.append(target[:, 0] / target[:, 2])
-                rays_y.append(target[:, 1] / target[:, 2])
-        distance, cosine = lobe.cast(x, y, np.concatenate(rays_x), np.concatenate(rays_y))
+        # A little wider than the fan, so that a ray along the rim keeps the wall it ends on.
+        rim = self._ring.cone_half_angle + 0.01
+        right, left = (math.cos(axis - rim), math.sin(axis - rim)), (math.cos(axis + rim), math.sin(axis + rim))
+        lobe = facing.within_wedge(x, y, right, left)
+        vertex_x, vertex_y, vertex_m = self._vertices_in_cone(x, y, ux, uy, edge)
+        rays_x = np.concatenate((ux * self._fan_x - uy * self._fan_y, vertex_x / vertex_m))
+        rays_y = np.concatenate((uy * self._fan_x + ux * self._fan_y, vertex_y / vertex_m))
+        distance, cosine = lobe.cast(x, y, rays_x, rays_y)
         limit = config.sure_incidence + mirror * (config.last_incidence - config.sure_incidence)
         fan = len(self._fan_x)
         answered = distance[:fan][cosine[:fan] >= math.cos(limit)]
-        echoes = [float(answered.min())] if len(answered) else []
-        if len(distance) > fan:
-            reach = np.concatenate([target[:, 2] for target in targets if len(target)])
-            heard = reach[distance[fan:] > reach - HIDDEN_M]
-            echoes += [float(heard.min())] if len(heard) else []
+        heard = vertex_m[distance[fan:] > vertex_m - HIDDEN_M]
+        echoes = [*answered.tolist(), *heard.tolist()]
         if side < config.side_lobe_probability:
             echoes.append(self._side_echo(facing, x, y, axis, side))
         return min(echoes, default=math.inf)
@@ -98,7 +96,7 @@ class SonarSimulator:
         along = -(off_x * facing.tangent_x + off_y * facing.tangent_y)
         cosine = math.cos(axis) * facing.tangent_y - math.sin(axis) * facing.tangent_x
         weight = (cosine - self._cos_side) / (self._cos_main - self._cos_side)
-        heard = (foot < self._config.side_lobe_range_m) & (along >= 0.0) & (along <= facing.length)
+        heard = (foot < self._config.side_lobe_range_m) & (foot > 0.0) & (along >= 0.0) & (along <= facing.length)
         heard &= (weight < 1.0) & (side < self._config.side_lobe_probability * weight)
         if not heard.any():
             return math.inf
@@ -106,18 +104,10 @@ class SonarSimulator:
         seen = foot[heard][distance > foot[heard] - HIDDEN_M]
         return float(seen.min()) if len(seen) else math.inf
 
-    def _in_cone(self, points: Array, x: float, y: float, ux: float, uy: float, reach_m: float) -> Array:
-        """Return, for the points in the main lobe, rows of offset x, offset y and distance (m)."""
-        if not len(points):
-            return np.empty((0, 3))
-        off_x, off_y = points[:, 0] - x, points[:, 1] - y
+    def _vertices_in_cone(self, x: float, y: float, ux: float, uy: float, edge: float) -> tuple[Array, Array, Array]:
+        """Return offsets x, y and distance (m) of the corners and the answering edges in the main lobe."""
+        near = self._vertices.near(x, y)
+        off_x, off_y = near[:, 0] - x, near[:, 1] - y
         distance = np.sqrt(off_x * off_x + off_y * off_y)
-        inside = (off_x * ux + off_y * uy > self._cos_main * distance) & (distance < reach_m) & (distance > 0.0)
-        return np.column_stack((off_x[inside], off_y[inside], distance[inside]))
-
-    @staticmethod
-    def _lobe(facing: Walls, x: float, y: float, axis: float, half: float) -> Walls:
-        # A little wider than the fan, so that a ray along the rim keeps the wall it ends on.
-        half += 0.01
-        right, left = (math.cos(axis - half), math.sin(axis - half)), (math.cos(axis + half), math.sin(axis + half))
-        return facing.within_wedge(x, y, right, left)
+        inside = (off_x * ux + off_y * uy > self._cos_main * distance) & (distance < near[:, 2]) & (edge < near[:, 3])
+        return off_x[inside], off_y[inside], distance[inside]

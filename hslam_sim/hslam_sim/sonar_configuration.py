@@ -41,13 +41,17 @@ class SonarConfiguration(Configuration):
     corner_wall_m: float = parameter(
         0.1, "shortest wall that makes a corner or an edge; shorter ones are roughness", low=0.0, high=5.0, unit="m"
     )
-    edge_probability: float = parameter(0.3, "chance that a convex edge in the cone answers (weakly)", low=0.0, high=1.0)
+    edge_probability: float = parameter(0.3, "chance that a convex edge in the cone answers (weak)", low=0.0, high=1.0)
     edge_range_m: float = parameter(2.0, "reach of a convex edge's echo (assumed)", low=0.0, high=6.5, unit="m")
     noise_fraction: float = parameter(
         0.01, "standard deviation of a reading as a fraction of it (Polaroid: 1 %)", low=0.0, high=0.5
     )
     resolution_m: float = parameter(
-        0.0254, "readings are cut to whole multiples (the Scout's whole inches); 0 for none", low=0.0, high=0.5, unit="m"
+        0.0254,
+        "readings are cut to whole multiples (the Scout's inches); 0 for none",
+        low=0.0,
+        high=0.5,
+        unit="m",
     )
     spurious_probability: float = parameter(
         0.01, "chance of a reading anywhere short of the true one (noise, cross-talk)", low=0.0, high=1.0

@@ -4,27 +4,27 @@ Walls are directed segments with free space on their left.  Only elementwise ari
 or a vectorised sine, it gives the same bits on every processor.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 import numpy.typing as npt
-from hslam_types.se2 import Array
 
 from hslam_sim.cells import CELL_RADIUS_M, Cells
+from hslam_types.se2 import Array
 
 BEHIND_M = 0.01
 """How far behind a wall's face a sensor may sit and still see the wall (contact leaves rounding)."""
+WORTH_CULLING = 64
+"""So few walls are cast against faster than they are sorted out."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
 class Walls:
     """Directed segments as columns of length n (m): start, unit tangent and length; free space is on the left."""
 
-    start_x: Array
-    start_y: Array
-    tangent_x: Array
-    tangent_y: Array
-    length: Array
+    __slots__ = ("_columns", "length", "start_x", "start_y", "tangent_x", "tangent_y")
+
+    def __init__(self, columns: Array) -> None:
+        """Take 5 x n: start x, start y, tangent x, tangent y, length."""
+        self._columns = columns
+        self.start_x, self.start_y, self.tangent_x, self.tangent_y, self.length = columns
 
     @classmethod
     def from_segments(cls, segments: Array) -> "Walls":
@@ -33,46 +33,47 @@ class Walls:
         length = np.sqrt(dx * dx + dy * dy)
         real = length > 0.0
         dx, dy, length, segments = dx[real], dy[real], length[real], segments[real]
-        return cls(segments[:, 0].copy(), segments[:, 1].copy(), dx / length, dy / length, length)
+        return cls(np.stack([segments[:, 0], segments[:, 1], dx / length, dy / length, length]))
 
-    def take(self, which: npt.NDArray[np.intp] | npt.NDArray[np.bool_]) -> "Walls":
-        """Return the walls at an index or mask array."""
-        return Walls(
-            self.start_x[which], self.start_y[which], self.tangent_x[which], self.tangent_y[which], self.length[which]
-        )
+    def take(self, kept: npt.NDArray[np.bool_]) -> "Walls":
+        """Return the walls where a mask of length n holds."""
+        return Walls(self._columns.compress(kept, axis=1))
 
     def facing(self, x: float, y: float, reach_m: float) -> "Walls":
-        """Return the walls whose face looks at the point and whose line passes within ``reach_m`` of it."""
+        """Return the walls whose face looks at a point and whose line passes within ``reach_m``, where that pays."""
+        if len(self.length) < WORTH_CULLING:
+            return self
         ahead = (self.start_x - x) * self.tangent_y - (self.start_y - y) * self.tangent_x
-        return self.take(((ahead > -BEHIND_M) & (ahead < reach_m)).nonzero()[0])
+        return self.take((ahead > -BEHIND_M) & (ahead < reach_m))
 
     def within_wedge(self, x: float, y: float, right: tuple[float, float], left: tuple[float, float]) -> "Walls":
-        """Return the walls that may reach into the wedge (under 180 deg) between two unit directions from a point."""
+        """Return the walls that may reach into the wedge (under 180 deg) between two directions, where that pays."""
+        if len(self.length) < WORTH_CULLING:
+            return self
         start_x, start_y = self.start_x - x, self.start_y - y
         end_x, end_y = start_x + self.length * self.tangent_x, start_y + self.length * self.tangent_y
         beyond_right = np.maximum(right[0] * start_y - right[1] * start_x, right[0] * end_y - right[1] * end_x)
         beyond_left = np.maximum(left[1] * start_x - left[0] * start_y, left[1] * end_x - left[0] * end_y)
-        return self.take((np.minimum(beyond_right, beyond_left) >= 0.0).nonzero()[0])
+        return self.take(np.minimum(beyond_right, beyond_left) >= 0.0)
 
     def cast(self, x: float, y: float, ray_x: Array, ray_y: Array) -> tuple[Array, Array]:
         """Return, for m unit rays from a point, the distance to the first face hit and the cosine of incidence.
 
-        Both have length m; the distance is +inf (and the cosine 0) where nothing is hit.
+        Both have length m; where the distance is +inf nothing is hit and the cosine means nothing.
         """
         if not len(self.length):
             return np.full(len(ray_x), np.inf), np.zeros(len(ray_x))
         off_x, off_y = self.start_x - x, self.start_y - y
-        perpendicular = np.maximum(off_x * self.tangent_y - off_y * self.tangent_x, 0.0)
+        ahead = off_x * self.tangent_y - off_y * self.tangent_x
         column_x, column_y = ray_x[:, None], ray_y[:, None]
         cosine = column_x * self.tangent_y - column_y * self.tangent_x
         along = off_x * column_y - off_y * column_x
-        hit = (cosine > 1e-9) & (along >= 0.0) & (along <= self.length * cosine)
+        hit = (cosine > 1e-9) & (along >= 0.0) & (along <= self.length * cosine) & (ahead > -BEHIND_M)
         distance = np.full(hit.shape, np.inf)
-        np.divide(perpendicular, cosine, out=distance, where=hit)
+        np.divide(np.maximum(ahead, 0.0), cosine, out=distance, where=hit)
         first = distance.argmin(axis=1)
         rows = np.arange(len(first))
-        nearest = distance[rows, first]
-        return nearest, np.where(nearest < np.inf, cosine[rows, first], 0.0)
+        return distance[rows, first], cosine[rows, first]
 
     def clearance(self, x: float, y: float) -> float:
         """Return the distance (m) from a point to the nearest wall, +inf without walls."""
@@ -105,4 +106,4 @@ class WallIndex:
         reach = self._reach_m
         boxed = (self._high_x > x - reach) & (self._low_x < x + reach)
         boxed &= (self._high_y > y - reach) & (self._low_y < y + reach)
-        return self.walls.take(boxed.nonzero()[0])
+        return self.walls.take(boxed)

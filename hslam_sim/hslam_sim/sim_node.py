@@ -1,0 +1,159 @@
+"""The simulator as a node: publishes each step's readings and takes the next step when they are answered."""
+
+import time
+from dataclasses import dataclass
+
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import TwistStamped
+from hslam_msgs.msg import LandmarkObservations, NodeStatus, SonarRing
+from nav_msgs.msg import Odometry
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
+from rclpy.node import Node
+from rosgraph_msgs.msg import Clock as ClockMsg
+from sensor_msgs.msg import BatteryState
+from std_msgs.msg import Bool
+from std_srvs.srv import Trigger
+from tf2_msgs.msg import TFMessage
+
+from hslam_ros import conversions
+from hslam_ros.parameters import declare
+from hslam_ros.qos import CYCLE, LATCHED, SENSOR
+from hslam_ros.spin import run
+from hslam_ros.stamps import NS_PER_S, stamp_from_msg, stamp_to_msg
+from hslam_sim import sim_messages
+from hslam_sim.base_configuration import BaseConfiguration
+from hslam_sim.battery import BatteryConfiguration
+from hslam_sim.landmark_sensor import LandmarkConfiguration
+from hslam_sim.lock_step import LockStep, Patience
+from hslam_sim.simulation import ClockConfiguration, SimStep, Simulation, SimulationConfiguration
+from hslam_sim.sonar_configuration import SonarConfiguration
+from hslam_sim.worlds import load_world
+from hslam_types.config import Configuration, parameter
+from hslam_types.sensing import Velocity
+
+COMMAND = "gvg (cmd_vel)"
+
+
+@dataclass(frozen=True)
+class RunConfiguration(Configuration):
+    """Which world, and how simulated time passes."""
+
+    world: str = parameter("small_world", "name of a shipped world, or path of a world's or map_server's YAML file")
+    seed: int = parameter(0, "seed of every chance of the run", low=0, high=2**31 - 1)
+    landmark_seed: int = parameter(0, "seed of the landmarks' places on the walls", low=0, high=2**31 - 1)
+    lockstep: bool = parameter(True, "wait for the answers to a step before the next; otherwise run freely")
+    wait_for: str = parameter("gvg,ekf,atlas", "nodes whose status must answer each step in lock-step, by commas")
+    real_time_factor: float = parameter(1.0, "simulated by wall time when running freely", low=0.01, high=100.0)
+    warn_after_s: float = parameter(
+        5.0, "lock-step: wall time until a missing answer is reported", low=0.1, high=3600.0, unit="s"
+    )
+    fail_after_s: float = parameter(
+        10.0, "lock-step: wall time until a missing answer ends the run", low=0.1, high=3600.0, unit="s"
+    )
+    start_within_s: float = parameter(
+        60.0, "lock-step: wall time the nodes may take to answer the first step", low=0.1, high=3600.0, unit="s"
+    )
+
+
+class SimNode(Node):
+    """Owns the simulation and its topics."""
+
+    def __init__(self) -> None:
+        """Load the world and publish the first step; raises HslamError on a bad parameter or world."""
+        super().__init__("sim")
+        self._run = declare(self, RunConfiguration)
+        world = load_world(self._run.world, landmark_seed=self._run.landmark_seed)
+        self._simulation = Simulation(world, self._configuration(), self._run.seed)
+        self.finished = False
+        self._last: SimStep | None = None
+        self._command: Velocity | None = None
+        self._create_publishers()
+        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._finish_service = self.create_service(Trigger, "~/finish", self._on_finish)
+        waited = [name.strip() for name in self._run.wait_for.split(",") if name.strip()] if self._run.lockstep else []
+        run = self._run
+        self._lock_step = LockStep([COMMAND, *waited], run.warn_after_s, run.fail_after_s, run.start_within_s)
+        profile = CYCLE if run.lockstep else SENSOR
+        self._cmd_vel = self.create_subscription(TwistStamped, "cmd_vel", self._on_command, profile)
+        self._statuses = [
+            self.create_subscription(
+                NodeStatus, f"{name}/status", lambda msg, name=name: self._on_status(name, msg), CYCLE
+            )
+            for name in waited
+        ]
+        period_s = 0.25 if run.lockstep else self._simulation.config.clock.step_s / run.real_time_factor
+        self._timer = self.create_timer(period_s, self._on_patience if run.lockstep else self._step, clock=self._steady)
+        self._step()
+
+    def _configuration(self) -> SimulationConfiguration:
+        return SimulationConfiguration(
+            clock=declare(self, ClockConfiguration, "clock."),
+            base=declare(self, BaseConfiguration, "base."),
+            sonar=declare(self, SonarConfiguration, "sonar."),
+            landmarks=declare(self, LandmarkConfiguration, "landmarks."),
+            battery=declare(self, BatteryConfiguration, "battery."),
+        )
+
+    def _create_publishers(self) -> None:
+        self._clock_topic = self.create_publisher(ClockMsg, "/clock", CYCLE)
+        self._odom = self.create_publisher(Odometry, "odom", CYCLE)
+        self._sonar = self.create_publisher(SonarRing, "sonar", CYCLE)
+        self._landmarks = self.create_publisher(LandmarkObservations, "landmarks", CYCLE)
+        self._truth = self.create_publisher(Odometry, "ground_truth", CYCLE)
+        self._tf = self.create_publisher(TFMessage, "/tf", 100)
+        self._bumper = self.create_publisher(Bool, "bumper", LATCHED)
+        self._battery = self.create_publisher(BatteryState, "battery", LATCHED)
+        self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
+
+    def _on_command(self, msg: TwistStamped) -> None:
+        self._command = conversions.velocity_from_msg(msg)
+        if self._run.lockstep:
+            self._answer(COMMAND, stamp_from_msg(msg.header.stamp))
+
+    def _on_status(self, name: str, msg: NodeStatus) -> None:
+        self._answer(name, stamp_from_msg(msg.header.stamp))
+
+    def _answer(self, name: str, stamp_ns: int) -> None:
+        self._lock_step.answer(name, stamp_ns)
+        if not self.finished and not self._lock_step.missing():
+            self._step()
+
+    def _on_patience(self) -> None:
+        if not self.finished and self._lock_step.check(time.monotonic()) is Patience.WARN:
+            missing = ", ".join(self._lock_step.missing())
+            self.get_logger().warning(f"waiting for {missing} at {self._simulation.stamp_ns / NS_PER_S:.2f} s")
+
+    def _step(self) -> None:
+        command, self._command = self._command, None
+        step = self._simulation.step(command)
+        self._lock_step.expect(step.stamp_ns, time.monotonic())
+        self._publish(step)
+        self._last = step
+
+    def _publish(self, step: SimStep) -> None:
+        """Publish a step; odometry goes last, so that its cycle's readings are mostly there when it comes."""
+        before = self._last
+        self._clock_topic.publish(ClockMsg(clock=stamp_to_msg(step.stamp_ns)))
+        self._truth.publish(sim_messages.truth_to_msg(step))
+        self._tf.publish(sim_messages.transform_to_msg(step.odom))
+        if before is None or step.bumped != before.bumped:
+            self._bumper.publish(Bool(data=step.bumped))
+        if before is None or step.stamp_ns // NS_PER_S != before.stamp_ns // NS_PER_S:
+            self._battery.publish(sim_messages.battery_to_msg(step.stamp_ns, step.battery))
+            self._diagnostics.publish(sim_messages.diagnostics_to_msg(step))
+        if step.landmarks is not None:
+            self._landmarks.publish(conversions.landmarks_to_msg(step.landmarks))
+        self._sonar.publish(conversions.sonar_to_msg(step.sonar))
+        self._odom.publish(conversions.odometry_to_msg(step.odom))
+
+    def _on_finish(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self.finished = True
+        response.success = True
+        response.message = f"ended at {self._simulation.stamp_ns / NS_PER_S:.2f} s of simulated time"
+        return response
+
+
+def main() -> None:
+    """Run the node until its `finish` service is called, or a signal."""
+    run(SimNode, done=lambda node: isinstance(node, SimNode) and node.finished)
