@@ -28,7 +28,7 @@ class Association(NamedTuple):
 
 
 def mahalanobis(sightings: Array, expected: Array, innovation: Array) -> Array:
-    """Return chi of eq. 3 (m x k) between m sightings and k expected ones under innovation covariances (m x k x 2 x 2)."""
+    """Return chi of eq. 3 (m x k) of m sightings against k expected ones under S (m x k x 2 x 2)."""
     distance = sightings[:, None, 0] - expected[None, :, 0]
     bearing = wrap_all(sightings[:, None, 1] - expected[None, :, 1])
     rr, rb, bb = innovation[..., 0, 0], innovation[..., 0, 1], innovation[..., 1, 1]
@@ -39,7 +39,7 @@ def mahalanobis(sightings: Array, expected: Array, innovation: Array) -> Array:
 def associate(
     sightings: Array, noise: Array, expected: Array, spread: Array, *, accept_gate: float, new_gate: float
 ) -> Association:
-    """Assign sightings (m x 2, variances ``noise`` m x 2) to landmarks expected at k x 2 with H P H^T ``spread`` (k x 2 x 2)."""
+    """Assign sightings (m x 2, variances ``noise`` m x 2) to landmarks ``expected`` (k x 2), each with its H P H^T."""
     innovation = np.repeat(spread[None], len(sightings), axis=0)
     innovation[..., 0, 0] += noise[:, None, 0]
     innovation[..., 1, 1] += noise[:, None, 1]

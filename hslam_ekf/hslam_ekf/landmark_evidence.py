@@ -44,7 +44,7 @@ class LandmarkEvidence:
         self._unseen = self._unseen[landmarks]
 
     def count(self, seen: Indices, in_range: Indices, expected: Array, sightings: Array) -> None:
-        """Enter one look: which landmarks were ``seen``; those ``in_range`` were ``expected`` (k x 2) among ``sightings`` (m x 2)."""
+        """Enter a look of ``sightings`` (m x 2): landmarks ``seen``, and those ``in_range``, ``expected`` at k x 2."""
         self.sightings[seen] += 1
         self.misses[seen] += self._unseen[seen]
         self._unseen[in_range] += 1

@@ -90,7 +90,7 @@ class LandmarkFilter:
         return Expectation(landmarks, observe(pose, positions), by_pose, by_landmark, gathered, spread)
 
     def correct(self, expected: Expectation, chosen: Indices, sightings: Array, noise: Array) -> None:
-        """Update X and P (eqs. 4 to 6) by sightings (m x 2, variances ``noise`` m x 2) of the ``chosen`` of ``expected``."""
+        """Update X and P (eqs. 4 to 6) by m sightings, with variances ``noise``, of the ``chosen`` of ``expected``."""
         count = len(chosen)
         if count == 0:
             return

@@ -38,7 +38,8 @@ def observe_jacobians(pose: Array, landmarks: Array) -> tuple[Array, Array]:
 def locate(pose: Array, sightings: Array) -> Array:
     """Return g, n x 2: where a robot at ``pose`` (3) puts what it sees."""
     direction = pose[2] + sightings[:, 1]
-    return pose[:2] + sightings[:, :1] * np.column_stack((np.cos(direction), np.sin(direction)))
+    points: Array = pose[:2] + sightings[:, :1] * np.column_stack((np.cos(direction), np.sin(direction)))
+    return points
 
 
 def locate_jacobians(pose: Array, sightings: Array) -> tuple[Array, Array]:

@@ -46,7 +46,8 @@ class EkfServer:
     def step(self, odom: OdometrySample, view: LandmarkView | None, events: tuple[GvgEvent, ...]) -> EkfOutput:
         """Take one cycle: predict, correct by the look, then act on the events emitted at this stamp.
 
-        Raises EkfError if an event lacks what its kind must have.  A look at a departure's stamp goes to the traversal that ends there, and to no other: none is used twice.
+        A look at a departure's stamp goes to the traversal that ends there, and to no other: none is used twice.
+        Raises EkfError if an event lacks what its kind must have.
         """
         if self.traversal is not None:
             self.traversal.advance(odom.base_in_odom)

@@ -6,6 +6,7 @@ the filter's model speaks of, so that NEES and NIS have their textbook distribut
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -46,9 +47,9 @@ class DriveStep:
 
 
 def corridor_landmarks(path: Array, rng: np.random.Generator, *, width: float = 2.4, spacing: float = 1.0) -> Array:
-    """Return landmarks (n x 2, m) on both walls along a ``path`` of corner points (k x 2), about one each ``spacing``."""
+    """Return landmarks (n x 2, m) on both walls of a ``path`` of corner points (k x 2), about one each ``spacing``."""
     found: list[Array] = []
-    for start, end in zip(path[:-1], path[1:], strict=True):
+    for start, end in pairwise(path):
         along = (end - start) / np.linalg.norm(end - start)
         across = np.array([-along[1], along[0]])
         for side in (-0.5 * width, 0.5 * width):
@@ -59,7 +60,7 @@ def corridor_landmarks(path: Array, rng: np.random.Generator, *, width: float = 
 
 
 def drive(path: Array, landmarks: Array, errors: DriveErrors, rng: np.random.Generator) -> list[DriveStep]:
-    """Drive from the first to the last point of ``path`` (k x 2, m): DEPARTURE, ARRIVAL, a turn on the spot, DEPARTURE."""
+    """Drive along a ``path`` (k x 2, m): DEPARTURE, ARRIVAL at its end, a turn on the spot, DEPARTURE."""
     poses = _poses(path)
     steps: list[DriveStep] = []
     encoder = SE2(*rng.uniform(-3.0, 3.0, 3).tolist())
@@ -81,7 +82,7 @@ def drive(path: Array, landmarks: Array, errors: DriveErrors, rng: np.random.Gen
 def _poses(path: Array) -> list[SE2]:
     """Return true poses, 5 cm or 4 degrees apart, along the path, beginning some centimetres off its start."""
     heading = math.atan2(*(path[1] - path[0])[::-1].tolist())
-    poses = [SE2(*path[0].tolist(), heading) @ SE2(0.03, -0.02, 0.05)]
+    poses = [SE2(float(path[0, 0]), float(path[0, 1]), heading) @ SE2(0.03, -0.02, 0.05)]
     for target in path[1:]:
         dx, dy = (target - np.array(poses[-1][:2])).tolist()
         poses += _turn(poses[-1], wrap(math.atan2(dy, dx) - poses[-1].theta))
@@ -105,9 +106,7 @@ def _encoder_step(true: SE2, errors: DriveErrors, rng: np.random.Generator) -> S
     return SE2(true.x + shift[0], true.y + shift[1], true.theta + bias + float(rng.normal(0.0, turn)))
 
 
-def _look(
-    stamp_ns: int, base: SE2, landmarks: Array, errors: DriveErrors, rng: np.random.Generator
-) -> LandmarkView:
+def _look(stamp_ns: int, base: SE2, landmarks: Array, errors: DriveErrors, rng: np.random.Generator) -> LandmarkView:
     """Return a look at the landmarks in range, with missed and false ones."""
     local = base.inverse().apply_all(landmarks)
     distance = np.hypot(local[:, 0], local[:, 1])

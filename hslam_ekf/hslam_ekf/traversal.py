@@ -1,5 +1,7 @@
 """One traversal: a filter from departure to arrival, the edge-map it ends in, and the link to the next one."""
 
+import math
+
 import numpy as np
 
 from hslam_ekf.association import associate
@@ -11,7 +13,7 @@ from hslam_ekf.landmark_filter import LandmarkFilter
 from hslam_ekf.motion_model import ROBOT
 from hslam_ekf.range_bearing import observe, relative_point
 from hslam_types.edge_map import EdgeMap, FrameLink
-from hslam_types.gvg_events import GvgEvent
+from hslam_types.gvg_events import GvgEvent, NodeView
 from hslam_types.se2 import SE2, Array, compose_jacobians, wrap
 from hslam_types.sensing import LandmarkView
 
@@ -22,10 +24,10 @@ _OUT_OF_SIGHT_M = 0.5
 class Traversal:
     """Tracks robot and landmarks in the departure frame, then, once arrived, in the edge frame."""
 
-    def __init__(  # noqa: PLR0913 - a start state in full
+    def __init__(
         self, sequence: int, base_in_odom: SE2, base_in_frame: SE2, bias: float, bias_variance: float, config: EkfConfig
     ) -> None:
-        """Begin at event ``sequence`` with the robot's pose in the frame (exact) and the rotation bias as known so far."""
+        """Begin at event ``sequence`` with the robot's exact pose in the frame and the rotation bias as known."""
         self.sequence = sequence
         self.arrived = False
         self.filter = LandmarkFilter(base_in_frame, bias, bias_variance, config)
@@ -68,8 +70,8 @@ class Traversal:
         The terminal joins the state as a point seen from the robot with the homing error, the frame turns
         through it, and the map is what remains when robot and bias are marginalised out.
         """
-        if event.node is None:
-            raise EkfError(f"arrival event {event.sequence} comes without a node")
+        if event.node is None or event.branch >= event.node.degree or event.node.degree == 0:
+            raise EkfError(f"arrival event {event.sequence} comes without a node or names no branch of it")
         terminal, by_pose = relative_point(
             self.filter.mean[:3], *self._base_in_odom.inverse().apply(event.node.x_in_odom, event.node.y_in_odom)
         )
@@ -100,6 +102,13 @@ class Traversal:
             robot_at_arrival=base_in_edge,
             path_length_m=event.path_length_m,
         )
+
+    def _arrival_heading(self, node: NodeView, branch: int) -> float:
+        """Return the edge-frame direction of the branch come along; if unknown, of that nearest to the origin's."""
+        odom_in_edge = wrap(float(self.filter.mean[2]) - self._base_in_odom.theta)
+        if branch < 0:
+            branch = node.nearest_branch(math.pi - odom_in_edge)
+        return wrap(node.bearings_in_odom[branch] + odom_in_edge)
 
     def link(self, departure: GvgEvent, departure_in_base: SE2) -> FrameLink:
         """Tell where the frame that starts at ``departure`` sits in this edge's frame."""

@@ -1,0 +1,140 @@
+"""The server over events: which event makes what, against a drive whose truth is known."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hslam_ekf.errors import EkfError
+from hslam_ekf.server import EkfOutput, EkfServer
+from hslam_ekf.synthetic_drive import DriveErrors, DriveStep, corridor_landmarks, drive
+from hslam_types.edge_map import EdgeMap, FrameLink
+from hslam_types.gvg_events import EventKind, GvgEvent
+from hslam_types.se2 import SE2, Array, wrap
+from hslam_types.sensing import LandmarkView
+
+PATH = np.array([[2.0, 1.0], [14.0, 1.0], [14.0, 8.0]])
+LENGTH = math.hypot(12.0, 7.0)
+EDGE = SE2(2.0, 1.0, math.atan2(7.0, 12.0))
+
+
+def one_drive(seed: int = 0, errors: DriveErrors | None = None) -> tuple[list[DriveStep], Array]:
+    """Return a drive round one corner, and its landmarks."""
+    rng = np.random.default_rng(seed)
+    landmarks = corridor_landmarks(PATH, rng)
+    return drive(PATH, landmarks, errors or DriveErrors(), rng), landmarks
+
+
+def run(steps: list[DriveStep], server: EkfServer | None = None) -> list[EkfOutput]:
+    """Feed a drive to a server."""
+    server = server or EkfServer()
+    return [server.step(step.odom, step.view, step.events) for step in steps]
+
+
+def products(outputs: list[EkfOutput]) -> tuple[list[EdgeMap], list[FrameLink]]:
+    """Return all edge-maps and links of a run."""
+    return [m for out in outputs for m in out.edge_maps], [link for out in outputs for link in out.links]
+
+
+def test_a_traversal_gives_one_map_and_one_link() -> None:
+    steps, landmarks = one_drive()
+    (edge_map,), (link,) = products(run(steps))
+    assert (edge_map.traversal, edge_map.arrival) == (0, 1)
+    assert (link.traversal, link.departure) == (0, 2)
+    assert edge_map.terminal_x == pytest.approx(LENGTH, abs=0.15)
+    true = EDGE.inverse().apply_all(landmarks)
+    nearest = np.linalg.norm(edge_map.landmarks[:, None] - true[None], axis=2)
+    assert nearest.min(axis=1).max() < 0.25
+    assert len(set(nearest.argmin(axis=1).tolist())) == edge_map.size == len(landmarks)
+    assert edge_map.covariance.shape == (2 + 2 * len(landmarks), 2 + 2 * len(landmarks))
+    assert not edge_map.covariance[1].any()
+    departure_heading = EDGE.to(steps[0].base_in_map).theta
+    assert abs(wrap(edge_map.departure_heading - departure_heading)) < 0.02
+    at_arrival = next(step for step in steps if step.events and step.events[0].kind is EventKind.ARRIVAL)
+    assert abs(wrap(edge_map.arrival_heading - EDGE.to(at_arrival.base_in_map).theta)) < 0.03
+    assert edge_map.robot_at_arrival == pytest.approx(EDGE.to(at_arrival.base_in_map), abs=0.15)
+
+
+def test_the_link_and_the_pose_follow_the_truth() -> None:
+    steps, _ = one_drive(seed=3)
+    outputs = run(steps)
+    _, (link,) = products(outputs)
+    next_frame = SE2(14.0, 8.0, steps[-1].base_in_map.theta)
+    error = link.departure_in_edge.to(EDGE.to(next_frame))
+    assert math.hypot(error.x, error.y) < 0.15
+    assert abs(error.theta) < 0.04
+    before = outputs[-2]
+    assert before.arrived
+    assert before.base_in_edge == pytest.approx(EDGE.to(steps[-2].base_in_map), abs=0.15)
+    last = outputs[-1]
+    assert (last.traversal, last.arrived) == (2, False)
+    assert last.base_in_edge == pytest.approx(next_frame.to(steps[-1].base_in_map), abs=1e-9)
+    assert last.covariance is not None
+    assert not last.covariance.any()
+
+
+def test_same_input_same_bits() -> None:
+    steps, _ = one_drive(seed=1)
+    (first,), (first_link,) = products(run(steps))
+    (second,), (second_link,) = products(run(steps))
+    assert np.array_equal(first.landmarks, second.landmarks)
+    assert np.array_equal(first.covariance, second.covariance)
+    assert first_link.departure_in_edge == second_link.departure_in_edge
+    assert first.sightings == second.sightings
+
+
+def test_before_any_event_nothing_is_known() -> None:
+    steps, _ = one_drive()
+    out = EkfServer().step(steps[1].odom, steps[1].view, ())
+    assert out.base_in_edge is None
+    assert out.traversal == -1
+
+
+def test_access_tracks_but_makes_no_map() -> None:
+    steps, _ = one_drive()
+    access = replace(steps[0].events[0], kind=EventKind.ACCESS, node=None, branch=-1)
+    outputs = run([replace(steps[0], events=(access,)), *steps[1:]])
+    assert products(outputs) == ([], [])
+    assert outputs[0].base_in_edge == SE2()
+    assert outputs[-1].traversal == 2
+
+
+def test_lost_drops_the_traversal() -> None:
+    steps, _ = one_drive()
+    server = EkfServer()
+    run(steps[:50], server)
+    lost = GvgEvent(1, steps[50].odom.stamp_ns, EventKind.LOST)
+    assert server.step(steps[50].odom, None, (lost,)).base_in_edge is None
+    assert products(run(steps[51:], server)) == ([], [])
+
+
+def test_the_rotation_bias_is_found_and_carried_over() -> None:
+    bias = math.radians(-1.7)
+    steps, _ = one_drive(errors=DriveErrors(turn_bias_per_metre=bias))
+    server = EkfServer()
+    run(steps, server)
+    assert server.traversal is not None
+    assert server.traversal.sequence == 2
+    assert server.traversal.filter.mean[3] == pytest.approx(bias, abs=math.radians(0.5))
+    assert 0.0 < server.traversal.filter.covariance[3, 3] < math.radians(0.3) ** 2
+
+
+def test_an_empty_look_is_no_error() -> None:
+    steps, _ = one_drive()
+    blind = [
+        replace(step, view=LandmarkView(step.view.stamp_ns, step.view.range_max_m, ()) if step.view else None)
+        for step in steps
+    ]
+    (edge_map,), (link,) = products(run(blind))
+    assert edge_map.size == 0
+    assert edge_map.covariance[0, 0] > 0.0
+    assert np.linalg.eigvalsh(link.covariance).min() > 0.0
+
+
+@pytest.mark.parametrize("change", [{"node": None}, {"branch": 7}, {"branch": -1}])
+def test_a_departure_without_a_branch_is_refused(change: dict[str, int | None]) -> None:
+    steps, _ = one_drive()
+    event = replace(steps[0].events[0], **change)  # type: ignore[arg-type]
+    with pytest.raises(EkfError):
+        EkfServer().step(steps[0].odom, None, (event,))
