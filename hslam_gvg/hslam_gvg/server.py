@@ -1,0 +1,376 @@
+"""The GVG level: one object that a node, a bag loop or a simulation steps.
+
+Odometry and sonar go in, a command and events come out.  The states are the control laws and what lies between
+them: access, trace, home, probe, verify.
+"""
+
+import math
+from dataclasses import dataclass
+from enum import Enum
+
+from hslam_gvg.closest_points import ahead, beside, closest_points
+from hslam_gvg.config import GvgConfig
+from hslam_gvg.control import access, drive, follow, trace
+from hslam_gvg.journey import Journey
+from hslam_gvg.motion import go_to, turn_to
+from hslam_gvg.node_detector import NodeDetector
+from hslam_gvg.obstacle_map import ObstacleMap
+from hslam_gvg.probe import Probe
+from hslam_gvg.reduced_graph import ReducedNode
+from hslam_gvg.safety import Reflex
+from hslam_types.errors import HslamError
+from hslam_types.gvg_events import EventKind, GoalKind, GvgEvent, GvgGoal, NodeKind, NodeView
+from hslam_types.se2 import SE2, wrap
+from hslam_types.sensing import OdometrySample, SonarSweep, Velocity
+
+ALIGNED = math.radians(3.0)
+ACCESS_TOLERANCE_M = 0.1
+FIRST_SWEEP_S = 1.2
+SAME_NODE_M = 0.8
+STUCK_S = 4.0
+TRIES = 3
+
+
+class GvgError(HslamError):
+    """A goal cannot be taken as things stand."""
+
+
+class GvgState(Enum):
+    """What the robot is doing."""
+
+    IDLE = "idle"
+    LISTENING = "listening"
+    ACCESSING = "accessing"
+    TURNING = "turning"
+    TRACING = "tracing"
+    HOMING = "homing"
+    PROBING = "probing"
+    SETTLING = "settling"
+    RESUMING = "resuming"
+    STRAIGHT = "straight"
+
+
+@dataclass(frozen=True, slots=True)
+class GvgOutput:
+    """The answer to one step."""
+
+    command: Velocity
+    events: tuple[GvgEvent, ...]
+    state: GvgState
+
+
+class GvgServer:
+    """Follows the GVG by sonar, finds its nodes and announces them."""
+
+    def __init__(self, config: GvgConfig | None = None) -> None:
+        """Start idle, knowing nothing."""
+        self.config = config = config or GvgConfig()
+        self.map = ObstacleMap(config)
+        self.node: NodeView | None = None
+        """The node the robot stands at, from its arrival to its departure."""
+        self._reflex = Reflex(config)
+        self._detector = NodeDetector(config)
+        self._journey = Journey()
+        self._state = GvgState.IDLE
+        self._handlers = {
+            GvgState.IDLE: self._idle,
+            GvgState.LISTENING: self._listen,
+            GvgState.ACCESSING: self._access,
+            GvgState.TURNING: self._turn,
+            GvgState.TRACING: self._trace,
+            GvgState.HOMING: self._home,
+            GvgState.PROBING: self._probe,
+            GvgState.SETTLING: self._settle,
+            GvgState.RESUMING: self._resume,
+            GvgState.STRAIGHT: self._straight,
+        }
+        self._pose, self._stamp_ns, self._since_ns = SE2(), 0, 0
+        self._before: OdometrySample | None = None
+        self._events: list[GvgEvent] = []
+        self._sequence = 0
+        self._branch = -1
+        self._heading = 0.0
+        self._looked_m = 0.0
+        self._target: ReducedNode | None = None
+        self._plan = Probe(())
+        self._tries = 0
+        self._handled: list[tuple[float, float, float]] = []
+        self._goal = (0.0, 0.0)
+        self._blocked_ns = 0
+
+    def start(self, goal: GvgGoal) -> None:
+        """Take a goal; raises GvgError for a branch that the node stood at does not have."""
+        if goal.kind == GoalKind.TRACE:
+            if self.node is None:
+                raise GvgError("cannot trace an edge: the robot is at no node (give the goal 'access' first)")
+            if not 0 <= goal.branch < self.node.degree:
+                raise GvgError(f"the node has no branch {goal.branch}, only 0 to {self.node.degree - 1}")
+            self._branch = goal.branch
+            self._enter(GvgState.TURNING)
+        elif goal.kind == GoalKind.ACCESS:
+            self.node = None
+            self._enter(GvgState.LISTENING)
+        elif goal.kind == GoalKind.STRAIGHT:
+            self.node = None
+            self._goal = (goal.x_in_odom, goal.y_in_odom)
+            self._enter(GvgState.STRAIGHT)
+        else:
+            self._enter(GvgState.IDLE)
+
+    def step(self, odom: OdometrySample, sonar: SonarSweep) -> GvgOutput:
+        """Take one cycle's inputs and return the command and what there is to announce."""
+        self._pose, self._stamp_ns, self._events = odom.base_in_odom, odom.stamp_ns, []
+        poses = tuple(self._pose_at(ping.stamp_ns, odom) for ping in sonar.pings)
+        self._before = odom
+        self.map.move(self._pose)
+        self.map.hear(sonar, poses)
+        self._reflex.hear(sonar, poses)
+        wanted = self._handlers[self._state]()
+        command = self._reflex.limit(wanted, self._pose)
+        if not self._reflex.blocked:
+            self._blocked_ns = self._stamp_ns
+        return GvgOutput(command, tuple(self._events), self._state)
+
+    # States.
+
+    def _idle(self) -> Velocity:
+        return Velocity()
+
+    def _listen(self) -> Velocity:
+        """Wait for a first full sweep before moving."""
+        if self._waited_s() >= FIRST_SWEEP_S:
+            self._tries = 0
+            self._enter(GvgState.ACCESSING)
+        return Velocity()
+
+    def _access(self) -> Velocity:
+        x, y, _ = self._pose
+        near = closest_points(self.map.points(), x, y, self.config.reach_m, self.config.separation, most=2)
+        if not near:
+            return Velocity(self.config.cruise_m_s * 0.5, 0.0)
+        wide = near[0].distance_m >= self.config.wide_m
+        if wide or (len(near) > 1 and near[1].distance_m - near[0].distance_m < ACCESS_TOLERANCE_M) or self._stuck():
+            return self._accessed()
+        return drive(
+            self._pose,
+            *access(near[0], self._pace(0.5)),
+            self.config.turn_rad_s,
+            backwards=self._is_behind(near[0].bearing),
+        )
+
+    def _accessed(self) -> Velocity:
+        """Announce the GVG and follow it the way that is nearer to the heading."""
+        x, y, heading = self._pose
+        ways = self._detector.graph(self.map.points(), x, y).passing(x, y)
+        self._heading = min(ways, key=lambda way: abs(wrap(way - heading)), default=heading)
+        self._journey.begin(x, y)
+        self._announce(EventKind.ACCESS)
+        self._enter(GvgState.RESUMING)
+        return Velocity()
+
+    def _turn(self) -> Velocity:
+        """Turn on the spot to the branch to depart by."""
+        assert self.node is not None
+        bearing = self.node.bearings_in_odom[self._branch]
+        if abs(wrap(bearing - self._pose.theta)) > ALIGNED:
+            return turn_to(self._pose, bearing, self.config.turn_rad_s)
+        self._announce(EventKind.DEPARTURE, self.node, self._branch)
+        self._handled = [(self.node.x_in_odom, self.node.y_in_odom, self.map.travel_m)]
+        self.node = None
+        self._heading = bearing
+        self._journey.begin(self._pose.x, self._pose.y)
+        self._tries = 0
+        self._enter(GvgState.TRACING)
+        return Velocity()
+
+    def _resume(self) -> Velocity:
+        """Turn on the spot to go on along the edge under way."""
+        if abs(wrap(self._heading - self._pose.theta)) > ALIGNED:
+            return turn_to(self._pose, self._heading, self.config.turn_rad_s)
+        self._journey.resume(self._pose.x, self._pose.y)
+        self._enter(GvgState.TRACING)
+        return Velocity()
+
+    def _trace(self) -> Velocity:
+        """Follow two-way equidistance; look for nodes every so often, and at once where the way is blocked."""
+        x, y, heading = self._pose
+        self._journey.advance(x, y)
+        stopped = self._blocked_s() > 1.0
+        if stopped or self.map.travel_m - self._looked_m >= self.config.look_every_m:
+            self._looked_m = self.map.travel_m
+            if self._look():
+                return Velocity()
+        if self._blocked_s() > STUCK_S:
+            return self._give_way()
+        return self._follow_edge()
+
+    def _follow_edge(self) -> Velocity:
+        x, y, heading = self._pose
+        config, points = self.config, self.map.points()
+        left, right = beside(points, x, y, heading, config.reach_m)
+        open_m = ahead(points, x, y, heading, 0.3, 2.0)
+        speed = config.cruise_m_s * min(1.0, max(0.35, open_m / 1.6))
+        wide = config.wide_m
+        if left is not None and right is not None and min(left.distance_m, right.distance_m) < wide:
+            v = trace(left, right, heading, speed, config.equidistance_gain)
+        elif left is not None or right is not None:
+            wall = min((c for c in (left, right) if c is not None), key=lambda c: c.distance_m)
+            v = follow(wall, wide, heading, speed, config.equidistance_gain)
+        else:
+            v = speed * math.cos(heading), speed * math.sin(heading)
+        return self._steer(v, speed)
+
+    def _steer(self, v: tuple[float, float], speed: float) -> Velocity:
+        size = math.hypot(*v)
+        share = min(1.0, speed / max(size, 1e-9))
+        return drive(self._pose, v[0] * share, v[1] * share, self.config.turn_rad_s)
+
+    def _look(self) -> bool:
+        """Look at the local graph for a node on the recent path; begin homing on it."""
+        x, y, _ = self._pose
+        points = self.map.points()
+        self._handled = [h for h in self._handled if self.map.travel_m - h[2] < self.config.suppress_travel_m]
+        graph = self._detector.graph(points, x, y)
+        node = self._detector.passed(graph, self._pose, self._journey.places(), [h[:2] for h in self._handled])
+        if node is None:
+            return False
+        self._target = self._detector.homed(points, node)
+        self._journey.rewind(node.x, node.y)
+        self._heading = self._pose.theta
+        self._tries = 0
+        self._enter(GvgState.HOMING)
+        return True
+
+    def _home(self) -> Velocity:
+        """Drive to the node as the map has it, and once there ask the map again."""
+        assert self._target is not None
+        target = self._target
+        if self._distance(target) > self.config.home_tolerance_m and not self._stuck():
+            return go_to(self._pose, target.x, target.y, self._pace(0.8), self.config.turn_rad_s)
+        return self._confirm(GvgState.PROBING)
+
+    def _settle(self) -> Velocity:
+        """After probing: drive to the node's refined place and announce it."""
+        assert self._target is not None
+        target = self._target
+        if self._distance(target) > self.config.home_tolerance_m and not self._stuck():
+            return go_to(self._pose, target.x, target.y, self._pace(0.8), self.config.turn_rad_s)
+        return self._arrive(target)
+
+    def _probe(self) -> Velocity:
+        """Step along each edge and back, so that the map shows what the node's middle hides."""
+        command = self._plan.step(
+            self._pose, self._stamp_ns, self._pace(0.8), self.config.turn_rad_s, self._reflex.blocked
+        )
+        return command if command is not None else self._confirm(GvgState.SETTLING)
+
+    def _confirm(self, then: GvgState) -> Velocity:
+        """Look again at the node: is it still one, and where exactly?"""
+        assert self._target is not None
+        x, y = self._target.x, self._target.y
+        points = self.map.points()
+        graph = self._detector.graph(points, x, y)
+        node = graph.node_near(x, y, SAME_NODE_M)
+        if node is None:
+            self._weak(graph.passing(x, y))
+            return Velocity()
+        self._target = self._detector.homed(points, node)
+        if then == GvgState.PROBING:
+            self._plan = Probe.along(self._target, self._pose, self.config.probe_m)
+        self._enter(then)
+        return Velocity()
+
+    def _weak(self, ways: tuple[float, ...]) -> None:
+        """No strong node after all: go on along the edge that does not lead back."""
+        assert self._target is not None
+        x, y = self._target.x, self._target.y
+        self._handled.append((x, y, self.map.travel_m))
+        back = self._journey.came_from(x, y, self.config.chord_m)
+        if ways and back is not None:
+            self._heading = max(ways, key=lambda way: abs(wrap(way - back)))
+        self._target = None
+        self._looked_m = self.map.travel_m
+        self._enter(GvgState.RESUMING)
+
+    def _arrive(self, node: ReducedNode) -> Velocity:
+        kind = NodeKind.BOUNDARY_POINT if node.degree == 1 else NodeKind.MEET_POINT
+        self.node = NodeView(kind, node.x, node.y, node.clearance_m, node.bearings)
+        back = self._journey.came_from(node.x, node.y, self.config.chord_m)
+        branch = -1 if back is None else self.node.nearest_branch(back)
+        self._announce(EventKind.ARRIVAL, self.node, branch, self._journey.length_m)
+        self._target = None
+        self._enter(GvgState.IDLE)
+        return Velocity()
+
+    def _give_way(self) -> Velocity:
+        """Blocked while tracing: what is no way on is a boundary point; where even that fails, say so."""
+        self._tries += 1
+        x, y, heading = self._pose
+        graph = self._detector.graph(self.map.points(), x, y)
+        leaf = graph.node_near(x, y, 1.5)
+        self._blocked_ns = self._stamp_ns
+        if leaf is not None and self._tries <= 1:
+            self._target = leaf
+            self._enter(GvgState.HOMING)
+            return Velocity()
+        ways = graph.passing(x, y)
+        back = self._journey.came_from(x, y, self.config.chord_m)
+        on = [way for way in ways if back is None or abs(wrap(way - back)) > 1.0]
+        if on and self._tries <= TRIES:
+            self._heading = min(on, key=lambda way: abs(wrap(way - heading)))
+            self._enter(GvgState.RESUMING)
+            return Velocity()
+        self._announce(EventKind.LOST)
+        self._enter(GvgState.IDLE)
+        return Velocity()
+
+    def _straight(self) -> Velocity:
+        """Drive to a point; idle when there, lost when something stands in the way."""
+        x, y = self._goal
+        if math.hypot(x - self._pose.x, y - self._pose.y) <= self.config.home_tolerance_m:
+            self._enter(GvgState.IDLE)
+            return Velocity()
+        if self._blocked_s() > STUCK_S:
+            self._announce(EventKind.LOST)
+            self._enter(GvgState.IDLE)
+            return Velocity()
+        return go_to(self._pose, x, y, self._pace(0.8), self.config.turn_rad_s)
+
+    # What the states share.
+
+    def _enter(self, state: GvgState) -> None:
+        self._state, self._since_ns, self._blocked_ns = state, self._stamp_ns, self._stamp_ns
+
+    def _announce(self, kind: EventKind, node: NodeView | None = None, branch: int = -1, length_m: float = 0.0) -> None:
+        self._events.append(GvgEvent(self._sequence, self._stamp_ns, kind, node, branch, length_m))
+        self._sequence += 1
+
+    def _waited_s(self) -> float:
+        return (self._stamp_ns - self._since_ns) * 1e-9
+
+    def _blocked_s(self) -> float:
+        return (self._stamp_ns - self._blocked_ns) * 1e-9
+
+    def _stuck(self) -> bool:
+        return self._blocked_s() > STUCK_S or self._waited_s() > 10.0 * STUCK_S
+
+    def _pace(self, share: float) -> float:
+        return share * self.config.cruise_m_s
+
+    def _distance(self, node: ReducedNode) -> float:
+        return math.hypot(node.x - self._pose.x, node.y - self._pose.y)
+
+    def _is_behind(self, obstacle_bearing: float) -> bool:
+        """Whether moving away from an obstacle means moving backwards."""
+        return abs(wrap(obstacle_bearing - self._pose.theta)) < 0.5 * math.pi
+
+    def _pose_at(self, stamp_ns: int, now: OdometrySample) -> SE2:
+        """Return base_link in odom at a time between the last two samples."""
+        last = self._before
+        if last is None or stamp_ns >= now.stamp_ns or last.stamp_ns >= now.stamp_ns:
+            return now.base_in_odom
+        share = max(0.0, (stamp_ns - last.stamp_ns) / (now.stamp_ns - last.stamp_ns))
+        a, b = last.base_in_odom, now.base_in_odom
+        return SE2(
+            a.x + share * (b.x - a.x), a.y + share * (b.y - a.y), wrap(a.theta + share * wrap(b.theta - a.theta))
+        )
