@@ -1,5 +1,6 @@
 """The simulator as a node: publishes each step's readings and takes the next step when they are answered."""
 
+import functools
 import time
 from dataclasses import dataclass
 
@@ -7,6 +8,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import TwistStamped
 from hslam_msgs.msg import LandmarkObservations, NodeStatus, SonarRing
 from nav_msgs.msg import Odometry
+from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.node import Node
@@ -32,7 +34,8 @@ from hslam_sim.worlds import load_world
 from hslam_types.config import Configuration, parameter
 from hslam_types.sensing import Velocity
 
-COMMAND = "gvg (cmd_vel)"
+COMMAND = "cmd_vel"
+LOCKSTEP_NODES = ["gvg", "ekf", "atlas"]
 
 
 @dataclass(frozen=True)
@@ -43,10 +46,9 @@ class RunConfiguration(Configuration):
     seed: int = parameter(0, "seed of every chance of the run", low=0, high=2**31 - 1)
     landmark_seed: int = parameter(0, "seed of the landmarks' places on the walls", low=0, high=2**31 - 1)
     lockstep: bool = parameter(True, "wait for the answers to a step before the next; otherwise run freely")
-    wait_for: str = parameter("gvg,ekf,atlas", "nodes whose status must answer each step in lock-step, by commas")
     real_time_factor: float = parameter(1.0, "simulated by wall time when running freely", low=0.01, high=100.0)
     warn_after_s: float = parameter(
-        5.0, "lock-step: wall time until a missing answer is reported", low=0.1, high=3600.0, unit="s"
+        5.0, "lock-step: wall time until a missing answer is told", low=0.1, high=3600.0, unit="s"
     )
     fail_after_s: float = parameter(
         10.0, "lock-step: wall time until a missing answer ends the run", low=0.1, high=3600.0, unit="s"
@@ -65,26 +67,34 @@ class SimNode(Node):
         self._run = declare(self, RunConfiguration)
         world = load_world(self._run.world, landmark_seed=self._run.landmark_seed)
         self._simulation = Simulation(world, self._configuration(), self._run.seed)
-        self.finished = False
+        self._finished = self._mission_complete = False
         self._last: SimStep | None = None
         self._command: Velocity | None = None
         self._create_publishers()
-        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._finish_service = self.create_service(Trigger, "~/finish", self._on_finish)
-        waited = [name.strip() for name in self._run.wait_for.split(",") if name.strip()] if self._run.lockstep else []
+        about = ParameterDescriptor(description="nodes whose status must answer each lock-step", read_only=True)
+        waited = [name for name in self.declare_parameter("lockstep_nodes", LOCKSTEP_NODES, about).value if name]
         run = self._run
-        self._lock_step = LockStep([COMMAND, *waited], run.warn_after_s, run.fail_after_s, run.start_within_s)
+        self._lock_step = LockStep(
+            [COMMAND, *waited] if run.lockstep else [], run.warn_after_s, run.fail_after_s, run.start_within_s
+        )
         profile = CYCLE if run.lockstep else SENSOR
         self._cmd_vel = self.create_subscription(TwistStamped, "cmd_vel", self._on_command, profile)
         self._statuses = [
-            self.create_subscription(
-                NodeStatus, f"{name}/status", lambda msg, name=name: self._on_status(name, msg), CYCLE
-            )
+            self.create_subscription(NodeStatus, f"{name}/status", functools.partial(self._on_status, name), CYCLE)
             for name in waited
         ]
-        period_s = 0.25 if run.lockstep else self._simulation.config.clock.step_s / run.real_time_factor
-        self._timer = self.create_timer(period_s, self._on_patience if run.lockstep else self._step, clock=self._steady)
+        if not run.lockstep:
+            period_s = self._simulation.config.clock.step_s / run.real_time_factor
+            self._timer = self.create_timer(period_s, self._step, clock=Clock(clock_type=ClockType.STEADY_TIME))
         self._step()
+
+    def over(self) -> bool:
+        """Return whether the run has ended; raises LockStepError when a node has kept it waiting too long."""
+        if not self._finished and self._lock_step.check(time.monotonic()) is Patience.WARN:
+            missing = ", ".join(self._lock_step.missing())
+            self.get_logger().warning(f"waiting for {missing} at {self._simulation.stamp_ns / NS_PER_S:.2f} s")
+        return self._finished
 
     def _configuration(self) -> SimulationConfiguration:
         return SimulationConfiguration(
@@ -112,17 +122,21 @@ class SimNode(Node):
             self._answer(COMMAND, stamp_from_msg(msg.header.stamp))
 
     def _on_status(self, name: str, msg: NodeStatus) -> None:
-        self._answer(name, stamp_from_msg(msg.header.stamp))
+        self._mission_complete |= msg.finished
+        if self._run.lockstep:
+            self._answer(name, stamp_from_msg(msg.header.stamp))
+        else:
+            self._finished |= msg.finished
 
     def _answer(self, name: str, stamp_ns: int) -> None:
+        """Note an answer; with the last one take the next step, or end if the mission is complete."""
         self._lock_step.answer(name, stamp_ns)
-        if not self.finished and not self._lock_step.missing():
+        if self._finished or self._lock_step.missing():
+            return
+        if self._mission_complete:
+            self._finished = True
+        else:
             self._step()
-
-    def _on_patience(self) -> None:
-        if not self.finished and self._lock_step.check(time.monotonic()) is Patience.WARN:
-            missing = ", ".join(self._lock_step.missing())
-            self.get_logger().warning(f"waiting for {missing} at {self._simulation.stamp_ns / NS_PER_S:.2f} s")
 
     def _step(self) -> None:
         command, self._command = self._command, None
@@ -148,12 +162,12 @@ class SimNode(Node):
         self._odom.publish(conversions.odometry_to_msg(step.odom))
 
     def _on_finish(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        self.finished = True
+        self._finished = True
         response.success = True
         response.message = f"ended at {self._simulation.stamp_ns / NS_PER_S:.2f} s of simulated time"
         return response
 
 
 def main() -> None:
-    """Run the node until its `finish` service is called, or a signal."""
-    run(SimNode, done=lambda node: isinstance(node, SimNode) and node.finished)
+    """Run the node until a status says that the mission is complete, its `finish` service is called, or a signal."""
+    run(SimNode, done=lambda node: isinstance(node, SimNode) and node.over())
