@@ -9,7 +9,8 @@ S = L L^T, a product whose two triangles are equal by construction.
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import solve_triangular
+from scipy.linalg.blas import dtrsm
+from scipy.linalg.lapack import dpotrf as cholesky
 
 from hslam_ekf.association import Indices
 from hslam_ekf.config import EkfConfig
@@ -19,18 +20,14 @@ from hslam_types.se2 import SE2, Array, wrap, wrap_all
 
 
 class Expectation(NamedTuple):
-    """What the filter expects to measure of k landmarks, and what the correction needs of them again."""
+    """What the filter expects to measure of k landmarks, and what the correction needs of them."""
 
     landmarks: Indices
     """Which landmarks, k."""
     sightings: Array
     """Expected range and bearing, k x 2."""
-    by_pose: Array
-    """H's columns of the robot's pose, k x 2 x 3."""
-    by_landmark: Array
-    """H's columns of the landmark, k x 2 x 2."""
-    gathered: Array
-    """H P, k x 2 x dimension."""
+    gradient: Array
+    """grad h, k x 2 x 5: by the robot's x, y, theta and the landmark's x, y."""
     spread: Array
     """H P H^T of each landmark alone, k x 2 x 2."""
 
@@ -80,39 +77,41 @@ class LandmarkFilter:
         covariance[:ROBOT, :ROBOT] = 0.5 * (block + block.T)
 
     def expect(self, landmarks: Indices) -> Expectation:
-        """Return Z^ = h(X) of the given landmarks with grad h and H P H^T."""
-        pose, positions, covariance = self._mean[:3], self.landmarks[landmarks], self.covariance
-        by_pose, by_landmark = observe_jacobians(pose, positions)
-        columns = ROBOT + 2 * landmarks[:, None] + np.arange(2)
-        gathered = by_pose @ covariance[:3] + by_landmark @ covariance[columns]
-        own = np.take_along_axis(gathered, np.broadcast_to(columns[:, None, :], (len(columns), 2, 2)), axis=2)
-        spread = gathered[:, :, :3] @ by_pose.transpose(0, 2, 1) + own @ by_landmark.transpose(0, 2, 1)
-        return Expectation(landmarks, observe(pose, positions), by_pose, by_landmark, gathered, spread)
+        """Return Z^ = h(X) of the given landmarks with grad h, which has five columns each, and its H P H^T."""
+        pose, positions = self._mean[:3], self.landmarks[landmarks]
+        gradient = np.concatenate(observe_jacobians(pose, positions), axis=2)
+        columns = np.empty((len(landmarks), 5), dtype=np.intp)
+        columns[:, :3] = (0, 1, 2)
+        columns[:, 3] = ROBOT + 2 * landmarks
+        columns[:, 4] = columns[:, 3] + 1
+        block = self._covariance[columns[:, :, None], columns[:, None, :]]
+        spread = gradient @ block @ gradient.transpose(0, 2, 1)
+        return Expectation(landmarks, observe(pose, positions), gradient, spread)
 
     def correct(self, expected: Expectation, chosen: Indices, sightings: Array, noise: Array) -> None:
         """Update X and P (eqs. 4 to 6) by m sightings, with variances ``noise``, of the ``chosen`` of ``expected``."""
         count = len(chosen)
         if count == 0:
             return
-        rows = np.arange(count)
-        gathered = expected.gathered[chosen].reshape(2 * count, -1)
-        own = (ROBOT + 2 * expected.landmarks[chosen][:, None] + np.arange(2)).reshape(-1)
+        own = ROBOT + 2 * expected.landmarks[chosen]
+        touched = np.concatenate(([0, 1, 2], np.column_stack((own, own + 1)).ravel()))
         h = np.zeros((count, 2, 3 + 2 * count))
-        h[:, :, :3] = expected.by_pose[chosen]
-        h[:, :, 3:].reshape(count, 2, count, 2)[rows, :, rows] = expected.by_landmark[chosen]
+        h[:, :, :3] = expected.gradient[chosen, :, :3]
+        rows = np.arange(count)
+        h[:, :, 3:].reshape(count, 2, count, 2)[rows, :, rows] = expected.gradient[chosen, :, 3:]
+        h = h.reshape(2 * count, -1)
         innovation = sightings - expected.sightings[chosen]
         innovation[:, 1] = wrap_all(innovation[:, 1])
-        touched = gathered[:, np.concatenate((np.arange(3), own))]
-        s = touched @ h.reshape(2 * count, -1).T + np.diag(noise.reshape(-1))
-        lower = np.linalg.cholesky(s)
-        whitened = solve_triangular(
-            lower, np.column_stack((innovation.reshape(-1), gathered)), lower=True, check_finite=False
-        )
-        z, v = whitened[:, 0], np.ascontiguousarray(whitened[:, 1:])
         mean, covariance = self.mean, self.covariance
-        mean += z @ v  # eq. 5: K (Z - Z^) = W L^-T L^-1 (Z - Z^)
+        hp = h @ covariance[touched]  # W^T
+        s = hp[:, touched] @ h.T
+        s.flat[:: len(s) + 1] += noise.ravel()
+        lower = cholesky(s, lower=True)[0]
+        v = dtrsm(1.0, lower, hp.T, side=1, lower=1, trans_a=1)  # W L^-T
+        z = dtrsm(1.0, lower, innovation.reshape(-1, 1), lower=1)[:, 0]  # L^-1 (Z - Z^)
+        mean += v @ z  # eqs. 4 and 5: K (Z - Z^) with K = W S^-1
         mean[2] = wrap(mean[2])
-        covariance -= v.T @ v  # eq. 6: K S K^T = W S^-1 W^T
+        covariance -= v @ v.T  # eq. 6
         self.nis = (float(z @ z), 2 * count)
 
     def augment(self, sightings: Array, noise: Array) -> None:
