@@ -1,0 +1,106 @@
+"""Every constant of the driver, those the sources leave open above all."""
+
+from dataclasses import dataclass
+
+from hslam_types.config import Configuration, parameter
+from hslam_types.errors import ConfigurationError
+from scout_driver.protocol.commands import SONARS
+
+
+@dataclass(frozen=True)
+class DriverConfig(Configuration):
+    """Parameters of the driver core; times are in robot seconds."""
+
+    port: str = parameter("/dev/ttyUSB0", "serial device, or tcp://host:port")
+    baud: int = parameter(38400, "line speed; the base's default", low=300, high=115200, unit="bit/s")
+    cycle_s: float = parameter(
+        0.06, "one exchange a cycle; one ping of the default firing rate", low=0.02, high=0.2, unit="s"
+    )
+    reply_timeout_s: float = parameter(
+        0.2, "wait for the first byte of a reply (vendor: 1.0)", low=0.01, high=60.0, unit="s"
+    )
+    gap_timeout_s: float = parameter(
+        0.04,
+        "a reply that pauses this long is broken (a USB adapter holds bytes for 16 ms)",
+        low=0.005,
+        high=10.0,
+        unit="s",
+    )
+    reconnect_s: float = parameter(0.5, "pause between attempts to open a lost line", low=0.05, high=10.0, unit="s")
+
+    command_timeout_s: float = parameter(
+        0.5, "without a command for so long the base is stopped", low=0.05, high=1.0, unit="s"
+    )
+    line_timeout_s: float = parameter(
+        0.5, "without a valid state for so long the base is stopped", low=0.1, high=1.0, unit="s"
+    )
+    watchdog_s: int = parameter(
+        1, "CONF_TM: the base stops itself when the computer is silent", low=1, high=255, unit="s"
+    )
+    forward_max_m_s: float = parameter(0.6, "largest forward speed let through", low=0.0, high=1.0, unit="m/s")
+    turn_max_rad_s: float = parameter(1.5, "largest turn rate let through", low=0.0, high=4.0, unit="rad/s")
+    wheel_speed_max_m_s: float = parameter(
+        1.0, "largest wheel speed (clamp seen in third-party drivers)", low=0.05, high=1.5, unit="m/s"
+    )
+    acceleration_m_s2: float = parameter(
+        0.5, "limit on forward acceleration, and AC of the base's wheels", low=0.05, high=3.0, unit="m/s^2"
+    )
+    turn_acceleration_rad_s2: float = parameter(
+        2.5, "limit on turning acceleration", low=0.1, high=20.0, unit="rad/s^2"
+    )
+    bumper_mask: int = parameter(
+        0xFFFFFF, "bumper bits that count as a contact (their number is not known)", low=0, high=0xFFFFFF
+    )
+    bumper_resume_s: float = parameter(
+        2.0,
+        "after a contact commands are obeyed again this long after its end, or after a zero command",
+        low=0.0,
+        high=3600.0,
+        unit="s",
+    )
+    bumper_reverse_m_s: float = parameter(
+        0.0,
+        "with a bumper pressed, after the stop, how fast one may back off; 0 = not at all",
+        low=0.0,
+        high=0.2,
+        unit="m/s",
+    )
+
+    wheel_base_m: float = parameter(
+        0.34519, "between the wheels: vendor's 0.118597 in/deg; another driver has 0.34036", low=0.2, high=0.6, unit="m"
+    )
+    swap_wheels: bool = parameter(False, "the left wheel comes first on the wire (one third-party server's belief)")
+    heading_clockwise: bool = parameter(False, "the base counts its heading clockwise")
+    distance_scale: float = parameter(1.0, "true distance over reported distance, from calibration", low=0.8, high=1.25)
+    rotation_scale: float = parameter(1.0, "true rotation over reported rotation, from calibration", low=0.8, high=1.25)
+    rebase_at_m: float = parameter(
+        60.0, "re-base the base's counters here; they overflow at 83.2 m", low=1.0, high=75.0, unit="m"
+    )
+
+    sonar_rate: int = parameter(15, "4 ms units a ping (CONF_SN); 15 in every driver", low=1, high=255, unit="4 ms")
+    sonar_order: str = parameter("0 2 15 1 14 3 13 4 12 5 11 6 10 7 9 8", "order of firing; the same in every driver")
+    sonar_settle_s: float = parameter(
+        0.04,
+        "a reading is in the state frame this long after its firing (6.5 m and back: 38 ms)",
+        low=0.0,
+        high=0.2,
+        unit="s",
+    )
+    sonar_no_echo: int = parameter(255, "inches that mean nothing was heard (assumed)", low=1, high=255, unit="in")
+
+    def firing_order(self) -> tuple[int, ...]:
+        """Return the sonars in order of firing; raises ConfigurationError if it is no such list."""
+        try:
+            order = tuple(int(word) for word in self.sonar_order.split())
+        except ValueError:
+            order = ()
+        if not order or len(set(order)) != len(order) or not all(0 <= sensor < SONARS for sensor in order):
+            raise ConfigurationError(
+                f"parameter 'sonar_order' must list different sonars of 0 to {SONARS - 1}, not '{self.sonar_order}'"
+            )
+        return order
+
+    def __post_init__(self) -> None:
+        """Check every value; raises ConfigurationError."""
+        super().__post_init__()
+        self.firing_order()

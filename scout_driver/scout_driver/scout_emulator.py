@@ -1,0 +1,146 @@
+"""The emulated base as a node: its serial line on a pseudo-terminal or TCP port, and what no serial line carries."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from hslam_msgs.msg import LandmarkObservations, NodeStatus
+from nav_msgs.msg import Odometry
+from rclpy.clock import Clock as RosClock
+from rclpy.clock_type import ClockType
+from rclpy.node import Node
+from rosgraph_msgs.msg import Clock as ClockMsg
+from std_srvs.srv import Trigger
+
+from hslam_ros.conversions import landmarks_to_msg, odometry_to_msg
+from hslam_ros.parameters import declare
+from hslam_ros.qos import CYCLE
+from hslam_ros.spin import run
+from hslam_ros.stamps import stamp_from_msg, stamp_to_msg
+from hslam_sim.landmark_sensor import LandmarkConfiguration
+from hslam_sim.simulation import SimulationConfiguration
+from hslam_sim.worlds import load_world
+from hslam_types.config import Configuration, parameter
+from hslam_types.sensing import OdometrySample
+from scout_driver.clock import WallClock
+from scout_driver.emulator.answers import Answers
+from scout_driver.emulator.base import TICK_S, EmulatedBase
+from scout_driver.emulator.config import EmulatorConfig, FaultConfig
+from scout_driver.emulator.faults import Faults
+from scout_driver.emulator.line import EmulatedLine
+from scout_driver.emulator.ports import open_port
+from scout_driver.emulator.server import EmulatorServer
+from scout_driver.emulator.simulated_floor import SimulatedFloor
+
+NS_PER_MS = 1_000_000
+FAULT_STREAM = 4
+"""Stream of chance of the faults, after the four of the simulation."""
+
+
+@dataclass(frozen=True)
+class RunConfiguration(Configuration):
+    """Which world, where the line comes out, and how time passes."""
+
+    world: str = parameter("small_world", "name of a shipped world, or path of a world's or map_server's YAML file")
+    seed: int = parameter(0, "seed of every chance of the run", low=0, high=2**31 - 1)
+    landmark_seed: int = parameter(0, "seed of the landmarks' places on the walls", low=0, high=2**31 - 1)
+    port: str = parameter("", "link to make to the pseudo-terminal (none: its own name is logged), or tcp://host:port")
+    real_time_factor: float = parameter(1.0, "emulated by wall time; tell the driver the same", low=0.01, high=100.0)
+    wait_for: str = parameter("gvg,ekf,atlas", "lock-step (base.exchange_s > 0): nodes whose status answers each state")
+    warn_after_s: float = parameter(5.0, "wall time until a missing answer is reported", low=0.1, high=3600.0, unit="s")
+    fail_after_s: float = parameter(10.0, "wall time until it ends the run", low=0.1, high=3600.0, unit="s")
+    start_within_s: float = parameter(
+        60.0, "wall time the nodes may take to answer the first", low=0.1, high=3600.0, unit="s"
+    )
+
+
+class EmulatorNode(Node):
+    """Serves the line, and publishes landmarks, the truth and the clock at the board times the driver stamps with."""
+
+    def __init__(self) -> None:
+        """Load the world and open the line; raises HslamError."""
+        super().__init__("scout_emulator")
+        self._run = declare(self, RunConfiguration)
+        config, faults = declare(self, EmulatorConfig, "base."), declare(self, FaultConfig, "faults.")
+        landmarks = declare(self, LandmarkConfiguration, "landmarks.")
+        world = load_world(self._run.world, landmark_seed=self._run.landmark_seed)
+        simulated = SimulationConfiguration(landmarks=landmarks)
+        self._floor = SimulatedFloor(world, TICK_S, self._run.seed, simulated)
+        self._base = EmulatedBase(self._floor, config)
+        rng = np.random.default_rng([self._run.seed, FAULT_STREAM])
+        line = EmulatedLine(self._base, config, Faults(faults, rng))
+        self._look_ms = round(config.look_s * 1000)
+        self._next_look_ms = self._look_ms
+        self.finished = False
+        self._create_topics()
+        port = open_port(self._run.port)
+        self._answers = self._listen() if config.exchange_s > 0.0 else None
+        self._server = EmulatorServer(
+            line,
+            port,
+            WallClock(self._run.real_time_factor),
+            self._run.real_time_factor,
+            self._on_state,
+            self._answers.wait if self._answers else lambda: True,
+        )
+        self._timer = self.create_timer(0.25, self._check, clock=RosClock(clock_type=ClockType.STEADY_TIME))
+        self._server.start()
+        self.get_logger().info(f"the emulated Scout's line is {port.address}")
+
+    def close(self) -> None:
+        """End the line."""
+        if self._answers is not None:
+            self._answers.end()
+        self._server.stop()
+
+    def _create_topics(self) -> None:
+        self._clock_topic = self.create_publisher(ClockMsg, "/clock", CYCLE)
+        self._landmarks = self.create_publisher(LandmarkObservations, "landmarks", CYCLE)
+        self._truth = self.create_publisher(Odometry, "ground_truth", CYCLE)
+        self._finish_service = self.create_service(Trigger, "~/finish", self._on_finish)
+
+    def _listen(self) -> Answers:
+        names = [name.strip() for name in self._run.wait_for.split(",") if name.strip()]
+        run = self._run
+        answers = Answers(names, run.warn_after_s, run.fail_after_s, run.start_within_s)
+        self._statuses = [
+            self.create_subscription(
+                NodeStatus,
+                f"{name}/status",
+                lambda msg, name=name: answers.answer(name, stamp_from_msg(msg.header.stamp)),
+                CYCLE,
+            )
+            for name in names
+        ]
+        return answers
+
+    def _on_state(self, board_ms: int) -> None:
+        """Publish what belongs to a state before the state itself leaves (called by the serving thread)."""
+        stamp_ns = board_ms * NS_PER_MS
+        if self._answers is not None:
+            self._answers.expect(stamp_ns)
+        self._clock_topic.publish(ClockMsg(clock=stamp_to_msg(stamp_ns)))
+        self._truth.publish(odometry_to_msg(OdometrySample(stamp_ns, self._floor.true_pose), parent="map"))
+        if board_ms >= self._next_look_ms:
+            self._next_look_ms += self._look_ms * ((board_ms - self._next_look_ms) // self._look_ms + 1)
+            self._landmarks.publish(landmarks_to_msg(self._floor.look(stamp_ns)))
+
+    def _check(self) -> None:
+        if self._server.failure is not None:
+            raise self._server.failure
+        if self._answers is not None and not self.finished and (late := self._answers.late()):
+            self.get_logger().warning(f"waiting for {', '.join(late)} at {self._base.now_s:.2f} s")
+
+    def _on_finish(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self.finished = True
+        response.success = True
+        response.message = f"ended at {self._base.now_s:.2f} s, {self._floor.collisions} contacts"
+        return response
+
+
+def main() -> None:
+    """Run the emulator until its `finish` service is called, or a signal."""
+    run(EmulatorNode, done=lambda node: isinstance(node, EmulatorNode) and node.finished)
+
+
+if __name__ == "__main__":
+    main()
