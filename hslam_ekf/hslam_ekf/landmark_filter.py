@@ -18,6 +18,9 @@ from hslam_ekf.motion_model import ROBOT, move, move_jacobian, slip_noise
 from hslam_ekf.range_bearing import locate, locate_jacobians, observe, observe_jacobians
 from hslam_types.se2 import SE2, Array, wrap, wrap_all
 
+_FIRST_SIZE = 72
+"""Buffers of 72, 144, 288 ... columns: rows a power of two apart would fight for the same cache lines."""
+
 
 class Expectation(NamedTuple):
     """What the filter expects to measure of k landmarks, and what the correction needs of them."""
@@ -39,8 +42,8 @@ class LandmarkFilter:
         """Start with a pose known exactly (P zero, as the paper has it) and what is known of the rotation bias."""
         self._config = config
         self._dimension = ROBOT
-        self._mean = np.zeros(64)
-        self._covariance = np.zeros((64, 64))
+        self._mean = np.zeros(_FIRST_SIZE)
+        self._covariance = np.zeros((_FIRST_SIZE, _FIRST_SIZE))
         self._mean[:ROBOT] = (*base_in_frame, bias)
         self._covariance[3, 3] = bias_variance
         self.nis = (0.0, 0)
@@ -95,11 +98,11 @@ class LandmarkFilter:
             return
         own = ROBOT + 2 * expected.landmarks[chosen]
         touched = np.concatenate(([0, 1, 2], np.column_stack((own, own + 1)).ravel()))
-        h = np.zeros((count, 2, 3 + 2 * count))
-        h[:, :, :3] = expected.gradient[chosen, :, :3]
+        gradient = np.zeros((count, 2, 3 + 2 * count))
+        gradient[:, :, :3] = expected.gradient[chosen, :, :3]
         rows = np.arange(count)
-        h[:, :, 3:].reshape(count, 2, count, 2)[rows, :, rows] = expected.gradient[chosen, :, 3:]
-        h = h.reshape(2 * count, -1)
+        gradient[:, :, 3:].reshape(count, 2, count, 2)[rows, :, rows] = expected.gradient[chosen, :, 3:]
+        h = gradient.reshape(2 * count, -1)
         innovation = sightings - expected.sightings[chosen]
         innovation[:, 1] = wrap_all(innovation[:, 1])
         mean, covariance = self.mean, self.covariance
