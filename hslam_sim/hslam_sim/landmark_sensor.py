@@ -33,7 +33,7 @@ class LandmarkConfiguration(Configuration):
     bearing_std: float = parameter(math.radians(1.0), "standard deviation of a bearing", low=0.0, high=0.5, unit="rad")
     missed_probability: float = parameter(0.1, "chance that a box in sight is not found", low=0.0, high=1.0)
     clutter_probability: float = parameter(
-        0.1, "chance that a look holds one false sighting (about 1 % of sightings)", low=0.0, high=1.0
+        0.2, "chance that a look holds one false sighting (about 1 % of sightings)", low=0.0, high=1.0
     )
 
     def noise_free(self) -> Self:

@@ -11,6 +11,7 @@ from nav_msgs.msg import Odometry
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
+from rclpy.duration import Duration
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock as ClockMsg
 from sensor_msgs.msg import BatteryState
@@ -35,6 +36,7 @@ from hslam_types.config import Configuration, parameter
 from hslam_types.sensing import Velocity
 
 COMMAND = "cmd_vel"
+_LAST_WORDS_S = 1.0
 LOCKSTEP_NODES = ["gvg", "ekf", "atlas"]
 
 
@@ -96,6 +98,12 @@ class SimNode(Node):
             self.get_logger().warning(f"waiting for {missing} at {self._simulation.stamp_ns / NS_PER_S:.2f} s")
         return self._finished
 
+    def close(self) -> None:
+        """After a run that ended well, let every listener have the last step before the topics go."""
+        if self._finished:
+            for topic in (self._odom, self._sonar, self._landmarks, self._truth, self._clock_topic):
+                topic.wait_for_all_acked(Duration(seconds=_LAST_WORDS_S))
+
     def _configuration(self) -> SimulationConfiguration:
         return SimulationConfiguration(
             clock=declare(self, ClockConfiguration, "clock."),
@@ -146,8 +154,12 @@ class SimNode(Node):
         self._last = step
 
     def _publish(self, step: SimStep) -> None:
-        """Publish a step; odometry goes last, so that its cycle's readings are mostly there when it comes."""
+        """Publish a step: first what others wait for (odometry opens their cycle), then the rest while they work."""
         before = self._last
+        if step.landmarks is not None:
+            self._landmarks.publish(conversions.landmarks_to_msg(step.landmarks))
+        self._sonar.publish(conversions.sonar_to_msg(step.sonar))
+        self._odom.publish(conversions.odometry_to_msg(step.odom))
         self._clock_topic.publish(ClockMsg(clock=stamp_to_msg(step.stamp_ns)))
         self._truth.publish(sim_messages.truth_to_msg(step))
         self._tf.publish(sim_messages.transform_to_msg(step.odom))
@@ -156,10 +168,6 @@ class SimNode(Node):
         if before is None or step.stamp_ns // NS_PER_S != before.stamp_ns // NS_PER_S:
             self._battery.publish(sim_messages.battery_to_msg(step.stamp_ns, step.battery))
             self._diagnostics.publish(sim_messages.diagnostics_to_msg(step))
-        if step.landmarks is not None:
-            self._landmarks.publish(conversions.landmarks_to_msg(step.landmarks))
-        self._sonar.publish(conversions.sonar_to_msg(step.sonar))
-        self._odom.publish(conversions.odometry_to_msg(step.odom))
 
     def _on_finish(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         self._finished = True

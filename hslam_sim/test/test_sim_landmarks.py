@@ -71,7 +71,7 @@ def test_noise_has_the_size_each_sighting_states() -> None:
 
 
 def test_boxes_are_missed_and_invented_at_their_rates() -> None:
-    """One in ten goes unseen; one look in ten holds a false one, anywhere within range."""
+    """One in ten goes unseen; one look in five holds a false one, anywhere within range."""
     landmarks = np.array([[4.0, 0.0], [1.5, 0.0], [1.0, 2.0]])
     config = LandmarkConfiguration(range_std_m=0.0, range_std_fraction=0.0, bearing_std=0.0)
     looker, pose = sensor(landmarks, config), SE2(2.0, 1.6, 0.0)
