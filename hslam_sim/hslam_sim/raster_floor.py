@@ -12,6 +12,7 @@ Without a given start the component is the largest that does not reach the image
 a drawn building is free too, and often larger than the building.
 """
 
+import itertools
 from dataclasses import dataclass
 
 import contourpy
@@ -79,9 +80,8 @@ def _start_pixel(source: RasterMap, start: SE2 | None, free: Mask, reach: float)
     column, row = int(np.floor(x / source.resolution_m)) + 1, int(np.floor(y / source.resolution_m)) + 1
     rows, columns = free.shape
     if not (0 <= row < rows and 0 <= column < columns and clearance[row, column] >= reach):
-        raise WorldError(
-            f"the start ({start.x:g}, {start.y:g}) has less than {reach * source.resolution_m:.2f} m to the next obstacle"
-        )
+        needed = reach * source.resolution_m
+        raise WorldError(f"the start ({start.x:g}, {start.y:g}) has less than {needed:.2f} m to the next obstacle")
     return row, column
 
 
@@ -97,7 +97,7 @@ def _chosen_start(free: Mask, clearance: npt.NDArray[np.float32], reach: float, 
     reaches_edge = np.zeros(len(areas), dtype=bool)
     reaches_edge[labels[at_edge]] = True
     enclosed = np.where(reaches_edge, 0, areas)
-    best = int(np.argmax(enclosed if enclosed.max() * 10 >= areas.max() else areas))
+    best = int(np.argmax(enclosed if enclosed.max() * 50 >= areas.max() else areas))
     rows, columns = np.nonzero(labels == best)
     room = np.minimum(clearance[rows, columns], comfortable)
     off_middle = np.hypot(rows - rows.mean(), columns - columns.mean())
@@ -141,7 +141,7 @@ def _polygon(free: Mask, seed: tuple[int, int]) -> shapely.Polygon:
     polygons, offsets = generator.filled(0.5, np.inf)
     here = shapely.Point(seed[1], seed[0])
     for points, starts in zip(polygons, offsets, strict=True):
-        rings = [np.asarray(points[a:b]) for a, b in zip(starts[:-1], starts[1:], strict=True)]
+        rings = [np.asarray(points[a:b]) for a, b in itertools.pairwise(starts)]
         if not shapely.Polygon(rings[0]).contains(here):
             continue
         smooth = [_smoothed(ring[:-1]) for ring in rings]

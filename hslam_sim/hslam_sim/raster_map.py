@@ -50,7 +50,7 @@ def read(folder: Path, content: Mapping[str, Any]) -> RasterMap:
     free_below = float(content.get("free_thresh", 0.25))
     if not 0.0 < free_below < 1.0:
         raise WorldError(f"free_thresh must lie between 0 and 1, not {free_below:g}")
-    free = _free(image, mode, bool(content.get("negate", 0)), free_below)
+    free = _free(image, mode, free_below, negate=bool(content.get("negate", 0)))
     return RasterMap(np.ascontiguousarray(free[::-1]), resolution, SE2(*origin))
 
 
@@ -67,7 +67,7 @@ def _image(path: Path) -> npt.NDArray[np.float64]:
     return pixels.astype(np.float64) / float(np.iinfo(pixels.dtype).max)
 
 
-def _free(image: npt.NDArray[np.float64], mode: str, negate: bool, free_below: float) -> Mask:
+def _free(image: npt.NDArray[np.float64], mode: str, free_below: float, *, negate: bool) -> Mask:
     """Return which pixels are free, rows as in the image."""
     colours = image.shape[2] - (1 if image.shape[2] in (2, 4) else 0)
     shade = image[:, :, :colours].mean(axis=2)
