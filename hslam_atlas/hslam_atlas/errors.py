@@ -1,0 +1,15 @@
+"""The atlas package's exceptions."""
+
+from hslam_types.errors import HslamError
+
+
+class AtlasError(HslamError):
+    """Base of what the atlas raises on purpose."""
+
+
+class StoreError(AtlasError):
+    """An atlas file cannot be read or is not one."""
+
+
+class NoRouteError(AtlasError):
+    """No known path leads there."""

@@ -1,0 +1,78 @@
+"""Where to drive next: confirm a doubtful node by a known edge, else the nearest unexplored branch (Dijkstra)."""
+
+import heapq
+
+from hslam_atlas.graph import AtlasGraph
+from hslam_atlas.mapper import Here
+from hslam_atlas.merge import branch_partners
+from hslam_atlas.questions import Questions
+from hslam_atlas.state import AtlasState
+
+_PLAUSIBLE = -3.0
+"""Evidence (nats) from which an open question is worth a drive."""
+_PER_NODE_M = 6.0
+"""What stopping at one more node costs, in metres."""
+
+
+def next_branch(state: AtlasState, questions: Questions, here: Here) -> int | None:
+    """Return the key of the branch to trace from here, or None if nothing is left to explore."""
+    confirming = _confirming(state, questions, here)
+    if confirming is not None:
+        return confirming
+    return _towards_unexplored(state.graph, here)
+
+
+def unexplored(graph: AtlasGraph) -> int:
+    """Return how many branches are left unexplored."""
+    return sum(branch.unexplored for node in graph.nodes.values() for branch in node.branches.values())
+
+
+def _confirming(state: AtlasState, questions: Questions, here: Here) -> int | None:
+    """Return a new branch that, if this node is the one suspected, is a known edge: the shortest such."""
+    node = state.graph.nodes[here.node]
+    for question in questions.of(here.node):
+        if question.evidence < _PLAUSIBLE:
+            break
+        other = state.graph.nodes[question.other]
+        partners = branch_partners(node, other, question.node_in_other, state.config.branch_gate)
+        offers: list[tuple[float, int]] = []
+        for key, onto in partners.items():
+            edge_id = None if onto is None else other.branches[onto].edge
+            if edge_id is not None and node.branches[key].unexplored and key in here.keys:
+                offers.append((state.graph.edges[edge_id].path_length_m, key))
+        if offers:
+            return min(offers)[1]
+    return None
+
+
+def _towards_unexplored(graph: AtlasGraph, here: Here) -> int | None:
+    """Return the first branch of the shortest way to an unexplored one, leaving by a branch seen on this visit."""
+    for key in here.keys:
+        if graph.nodes[here.node].branches[key].unexplored:
+            return key
+    queue: list[tuple[float, int, int]] = []
+    for key in here.keys:
+        _push(graph, queue, 0.0, here.node, key, key)
+    done = {here.node}
+    while queue:
+        cost, node_id, first = heapq.heappop(queue)
+        if node_id in done:
+            continue
+        done.add(node_id)
+        node = graph.nodes[node_id]
+        if any(branch.unexplored for branch in node.branches.values()):
+            return first
+        for key in node.branches:
+            _push(graph, queue, cost, node_id, key, first)
+    return None
+
+
+def _push(
+    graph: AtlasGraph, queue: list[tuple[float, int, int]], cost: float, node_id: int, key: int, first: int
+) -> None:
+    """Queue the node a branch leads to."""
+    edge_id = graph.nodes[node_id].branches[key].edge
+    if edge_id is not None:
+        edge = graph.edges[edge_id]
+        far = edge.ends[1 - edge.end_at(node_id, key)]
+        heapq.heappush(queue, (cost + edge.path_length_m + _PER_NODE_M, far.node, first))

@@ -1,0 +1,91 @@
+"""Update a stored edge-map by another drive along the same edge (section III-B, last paragraph).
+
+The alignment's filter has already updated the landmarks and the terminal, which counts as one of them.  What is
+left: landmarks only one drive knows, and the origin, which moves by its share of the offset: everything is
+shifted first, then turned so that x passes through the terminal again.
+"""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from hslam_atlas.alignment import Alignment
+from hslam_types.edge_map import EdgeMap
+from hslam_types.se2 import SE2, Array, rotation, wrap
+
+_LEAST_SIGHTINGS = 3
+"""A landmark that later drives do not see again loses half its sightings a drive, and goes below this."""
+_NO_DIRECTION_M = 0.5
+"""A terminal nearer than this gives the frame no direction."""
+
+
+def fuse(existing: EdgeMap, candidate: EdgeMap, alignment: Alignment, drives: int) -> tuple[EdgeMap, SE2]:
+    """Return the updated map and the pose of its frame in the old one; ``drives``: those the old map holds.
+
+    ``alignment`` must be of exactly these two maps with their terminals tied.
+    """
+    points, covariance = _joined(existing, candidate, alignment)
+    sightings = _sightings(existing, candidate, alignment)
+    kept = np.array([n >= _LEAST_SIGHTINGS for n in sightings], dtype=bool)
+    rows = np.repeat(np.concatenate(([True], kept)), 2)
+    points, covariance = points[rows[::2]], covariance[np.ix_(rows, rows)]
+    shift = np.array(alignment.offset[:2]) / (drives + 1.0)
+    points = points - shift
+    points, covariance, turn = _turned(points, covariance)
+    updated = replace(
+        existing,
+        terminal_x=float(points[0, 0]),
+        landmarks=points[1:],
+        covariance=covariance,
+        sightings=tuple(int(n) for n, keep in zip(sightings, kept, strict=True) if keep),
+        departure_heading=wrap(existing.departure_heading - turn),
+        arrival_heading=wrap(existing.arrival_heading - turn),
+        path_length_m=(existing.path_length_m * drives + candidate.path_length_m) / (drives + 1.0),
+    )
+    return updated, SE2(float(shift[0]), float(shift[1]), turn)
+
+
+def _joined(existing: EdgeMap, candidate: EdgeMap, alignment: Alignment) -> tuple[Array, Array]:
+    """Return terminal, existing and new landmarks in the existing frame with their joint covariance."""
+    paired = {j for _, j in alignment.pairs}
+    fresh = [j for j in range(candidate.size) if j not in paired]
+    known = 2 + 2 * existing.size
+    size = known + 2 * len(fresh)
+    jacobian = np.zeros((size, len(alignment.mean)))
+    jacobian[:known, 3 : 3 + known] = np.eye(known)
+    q = alignment.offset
+    turn = rotation(q.theta)
+    points = [alignment.mean[3 : 3 + known].reshape(-1, 2)]
+    for n, j in enumerate(fresh):
+        row, column = known + 2 * n, 3 + known + 2 + 2 * j
+        point = turn @ alignment.mean[column : column + 2]
+        points.append((point + [q.x, q.y])[None, :])
+        jacobian[row : row + 2, :2] = np.eye(2)
+        jacobian[row : row + 2, 2] = [-point[1], point[0]]
+        jacobian[row : row + 2, column : column + 2] = turn
+    return np.concatenate(points), jacobian @ alignment.covariance @ jacobian.T
+
+
+def _sightings(existing: EdgeMap, candidate: EdgeMap, alignment: Alignment) -> list[int]:
+    """Return how often each landmark of `_joined` counts as seen."""
+    partner = dict(alignment.pairs)
+    known = [n + candidate.sightings[partner[i]] if i in partner else n // 2 for i, n in enumerate(existing.sightings)]
+    paired = set(partner.values())
+    return known + [n for j, n in enumerate(candidate.sightings) if j not in paired]
+
+
+def _turned(points: Array, covariance: Array) -> tuple[Array, Array, float]:
+    """Turn points so that the first lies on x; the angle depends on it, and so does the covariance."""
+    x, y = points[0].tolist()
+    if math.hypot(x, y) < _NO_DIRECTION_M:
+        return points * [[1.0, 0.0]] if len(points) == 1 else points, covariance, 0.0
+    phi = math.atan2(y, x)
+    turned = points @ rotation(phi)  # points as rows: p R(phi) is R(-phi) p
+    jacobian = np.kron(np.eye(len(points)), rotation(-phi))
+    by_angle = np.column_stack((turned[:, 1], -turned[:, 0])).reshape(-1)
+    jacobian[:, :2] += np.outer(by_angle, np.array([-y, x]) / (x * x + y * y))
+    jacobian[1] = 0.0
+    turned[0, 1] = 0.0
+    spread = jacobian @ covariance @ jacobian.T
+    return turned, 0.5 * (spread + spread.T), phi

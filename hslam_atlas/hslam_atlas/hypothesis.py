@@ -1,0 +1,139 @@
+"""The hypothesis "this is that node": how well a sight of a node fits a stored one."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from hslam_atlas.branches import match_bearings
+from hslam_atlas.config import AtlasConfig
+from hslam_atlas.graph import AtlasGraph, Node
+from hslam_atlas.look_alikes import LookAlikes
+from hslam_atlas.map_match import MapMatch, match_constellations
+from hslam_atlas.map_store import EdgeMaps
+from hslam_atlas.uncertain_pose import UncertainPose
+from hslam_types.edge_map import EdgeMap
+from hslam_types.gvg_events import NodeKind
+from hslam_types.se2 import SE2, wrap
+
+_POSE_MOST = 6.0
+"""No pose is worth more nats: filters are optimistic."""
+_START_SPACING = math.radians(6.0)
+"""Spacing of the headings the alignment is started from."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sight:
+    """A node as an arrival shows it; its frame has the origin at the node and x back to the departure's node."""
+
+    kind: NodeKind
+    clearance_m: float
+    bearings: tuple[float, ...]
+    """Of the branches, in the sight's frame (rad), counter-clockwise."""
+    come_along: int
+    """Index of the branch the robot came along, -1 if unknown."""
+    edge_map: EdgeMap | None
+    """The traversal's map seen from this node."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Hypothesis:
+    """A sight taken for a stored node."""
+
+    node: int
+    sight_in_node: UncertainPose
+    evidence: float
+    """Log-odds against "a new node" (nats)."""
+    branches: tuple[int | None, ...]
+    """For each of the sight's branches the node's key."""
+    map_agrees: bool
+    """Whether some stored constellation matched."""
+
+
+def weigh(
+    graph: AtlasGraph,
+    maps: EdgeMaps,
+    node: Node,
+    sight: Sight,
+    sight_in_node: UncertainPose,
+    look_alikes: LookAlikes,
+    config: AtlasConfig,
+) -> Hypothesis | None:
+    """Weigh one node against the sight whose chained pose in it is given; None where the pose rules it out."""
+    pose = _pose_evidence(sight_in_node, config)
+    if pose is None:
+        return None
+    match, refined = best_constellation(graph, maps, node, sight, sight_in_node, config)
+    evidence = pose + view_evidence(node, sight) + (look_alikes.capped(match.evidence) if match else 0.0)
+    return Hypothesis(
+        node.id, refined, evidence, align_branches(node, sight, refined.pose, config), bool(match and match.agrees)
+    )
+
+
+def align_branches(node: Node, sight: Sight, sight_in_node: SE2, config: AtlasConfig) -> tuple[int | None, ...]:
+    """Return, for each branch of the sight, the key of the node's branch it is."""
+    bearings = [wrap(bearing + sight_in_node.theta) for bearing in sight.bearings]
+    known = [(branch.key, branch.bearing) for branch in node.branches.values()]
+    return tuple(match_bearings(bearings, known, config.branch_gate))
+
+
+def view_evidence(node: Node, sight: Sight) -> float:
+    """Weigh kind, degree and clearance: a T may be read as a four-way, a clearance scatters by a few decimetres."""
+    if node.kind is not sight.kind:
+        return -8.0
+    difference = abs(len(node.branches) - len(sight.bearings))
+    degree = (0.5, -2.5)[difference] if difference < 2 else -8.0
+    return degree + max(-0.5 * ((node.clearance_m - sight.clearance_m) / 0.3) ** 2, -4.0)
+
+
+def best_constellation(
+    graph: AtlasGraph, maps: EdgeMaps, node: Node, sight: Sight, sight_in_node: UncertainPose, config: AtlasConfig
+) -> tuple[MapMatch | None, UncertainPose]:
+    """Match the sight's landmarks with each edge-map that leaves the node; return the best and the pose it gives."""
+    best: MapMatch | None = None
+    refined = UncertainPose(SE2(0.0, 0.0, sight_in_node.pose.theta), _prior(sight_in_node, config))
+    if sight.edge_map is None:
+        return None, refined
+    for branch in node.ordered():
+        if branch.edge is None:
+            continue
+        edge = graph.edges[branch.edge]
+        end = edge.end_at(node.id, branch.key)
+        frame_in_node = edge.ends[end].frame_in_node
+        expected = frame_in_node.pose.inverse() @ SE2(0.0, 0.0, sight_in_node.pose.theta)
+        spread = _prior(sight_in_node, config)
+        for start in _starts(spread[2, 2] ** 0.5):
+            prior = SE2(0.0, 0.0, wrap(expected.theta + start))
+            match = match_constellations(maps.seen_from(edge.id, end), sight.edge_map, prior, spread, config)
+            if best is None or match.evidence > best.evidence:
+                best = match
+                offset = UncertainPose(match.alignment.offset, match.alignment.offset_covariance)
+                refined = UncertainPose.exact(frame_in_node.pose) @ offset
+    if best is not None and best.agrees:
+        floor = np.diag([config.pair_noise_m**2, config.pair_noise_m**2, config.heading_floor**2])
+        return best, UncertainPose(refined.pose, refined.covariance + floor)
+    return best, UncertainPose(SE2(0.0, 0.0, sight_in_node.pose.theta), _prior(sight_in_node, config))
+
+
+def _prior(sight_in_node: UncertainPose, config: AtlasConfig) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+    """Return the offset's covariance under the hypothesis: the node repeats, the heading is the chain's."""
+    heading = max(sight_in_node.heading_std() * config.chain_inflation, 2.0 * config.heading_floor)
+    position = 2.0 * config.origin_repeat_m**2
+    return np.diag([position, position, min(heading, math.radians(30.0)) ** 2])
+
+
+def _starts(heading_std: float) -> list[float]:
+    """Return the heading offsets (rad) to start from: the further the heading may be off, the more of them."""
+    reach = int(min(2.0 * heading_std, math.radians(60.0)) / _START_SPACING)
+    return [k * _START_SPACING for k in sorted(range(-reach, reach + 1), key=abs)]
+
+
+def _pose_evidence(sight_in_node: UncertainPose, config: AtlasConfig) -> float | None:
+    """Return log of the position's density over that of nodes in general, None beyond the gate."""
+    spread = sight_in_node.covariance[:2, :2] * config.chain_inflation**2 + 2.0 * config.origin_repeat_m**2 * np.eye(2)
+    position = np.array(sight_in_node.pose[:2])
+    chi = float(position @ np.linalg.solve(spread, position))
+    if chi > config.pose_gate:
+        return None
+    density = -0.5 * chi - 0.5 * math.log(float(np.linalg.det(spread))) - math.log(2.0 * math.pi)
+    return min(density - math.log(config.node_density), _POSE_MOST)

@@ -1,0 +1,106 @@
+"""How strongly two edge-maps speak for one place: whole edges, and the constellations of landmarks about a node.
+
+A match rules candidates out; it proves nothing where places look alike (section III-B).  So the evidence is a
+likelihood ratio against landmarks that merely stand along walls somewhere else, and whoever uses it caps it
+by how often different places were seen to look the same.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from hslam_atlas.alignment import Alignment, PointMap, align
+from hslam_atlas.config import AtlasConfig
+from hslam_types.edge_map import EdgeMap
+from hslam_types.se2 import SE2, Array
+
+_SIDE_ARMS_M = 6.0
+"""Wall seen beyond an edge's two ends, counted when its density of landmarks is judged."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MapMatch:
+    """An alignment with its verdict."""
+
+    alignment: Alignment
+    evidence: float
+    """Log-likelihood ratio of "the same place" against "somewhere else" (nats), not capped."""
+    fraction: float
+    """The lesser of the two fractions of landmarks that ought to be in the other map and are."""
+    agrees: bool
+    """Enough landmarks associate both ways and the map distance (eq. 8) is small."""
+
+
+def match_edges(
+    existing: EdgeMap, candidate: EdgeMap, prior: SE2, prior_covariance: Array, config: AtlasConfig
+) -> MapMatch:
+    """Match two maps of, maybe, one edge, both with their origins at, maybe, the same node."""
+    maps = whole(existing), whole(candidate)
+    density = _density(existing, candidate)
+    alignment = _align(*maps, prior, prior_covariance, density, config)
+    return _judge(alignment, existing.size, candidate.size, density, config.visible_edge, config)
+
+
+def match_constellations(
+    existing: EdgeMap, candidate: EdgeMap, prior: SE2, prior_covariance: Array, config: AtlasConfig
+) -> MapMatch:
+    """Match what two maps hold about their origins, maybe the same node."""
+    near_e, near_c = near(existing, config.near_m + 1.0), near(candidate, config.near_m + 1.0)
+    maps = part(existing, near_e), part(candidate, near_c)
+    density = _density(existing, candidate)
+    alignment = _align(*maps, prior, prior_covariance, density, config)
+    # A ring beyond near_m may serve as partner but is not missed when it finds none.
+    inner_e = set(np.flatnonzero(np.hypot(*existing.landmarks[near_e].T) < config.near_m).tolist())
+    inner_c = set(np.flatnonzero(np.hypot(*candidate.landmarks[near_c].T) < config.near_m).tolist())
+    expected_e = len(inner_e | {i for i, _ in alignment.pairs})
+    expected_c = len(inner_c | {j for _, j in alignment.pairs})
+    return _judge(alignment, expected_e, expected_c, density, config.visible_near, config)
+
+
+def whole(edge_map: EdgeMap) -> PointMap:
+    """Return all points of an edge-map, the terminal first."""
+    terminal = np.array([[edge_map.terminal_x, 0.0]])
+    return PointMap(np.concatenate((terminal, edge_map.landmarks)), edge_map.covariance, tied=True)
+
+
+def near(edge_map: EdgeMap, radius_m: float) -> Array:
+    """Return the indices of the landmarks within ``radius_m`` of the origin."""
+    return np.flatnonzero(np.hypot(*edge_map.landmarks.T) < radius_m)
+
+
+def part(edge_map: EdgeMap, indices: Array) -> PointMap:
+    """Return some of an edge-map's landmarks, without the terminal."""
+    rows = (2 + 2 * indices[:, None] + np.arange(2)).reshape(-1)
+    return PointMap(edge_map.landmarks[indices], edge_map.covariance[np.ix_(rows, rows)], tied=False)
+
+
+def _align(
+    existing: PointMap, candidate: PointMap, prior: SE2, prior_covariance: Array, density: float, config: AtlasConfig
+) -> Alignment:
+    return align(
+        existing, candidate, prior, prior_covariance,
+        density=density, pair_noise_m=config.pair_noise_m, terminal_noise_m=config.origin_repeat_m * math.sqrt(2.0),
+        gate=config.pair_gate,
+    )  # fmt: skip
+
+
+def _density(existing: EdgeMap, candidate: EdgeMap) -> float:
+    """Return landmarks per metre of wall, two walls an edge, from the better furnished map."""
+    walls = (2.0 * (max(m.terminal_x, m.path_length_m) + _SIDE_ARMS_M) for m in (existing, candidate))
+    return min(max(max(m.size / wall for m, wall in zip((existing, candidate), walls, strict=True)), 0.2), 3.0)
+
+
+def _judge(
+    alignment: Alignment, expected_e: int, expected_c: int, density: float, visible: float, config: AtlasConfig
+) -> MapMatch:
+    """Weigh pairs and the landmarks left alone; ``expected_*`` count those that ought to be in the other map."""
+    pairs = len(alignment.pairs)
+    alone = expected_e + expected_c - 2 * pairs
+    # Somewhere else a landmark is left alone when none stands by chance within the gate along the wall.
+    chance = 2.0 * math.sqrt(config.pair_gate) * alignment.sigma_m * density
+    evidence = alignment.gain + pairs * math.log(visible) + alone * (math.log(1.0 - visible) + min(chance, 1.5))
+    fraction = pairs / max(expected_e, expected_c, 1)
+    distance = alignment.chi / max(alignment.freedom, 1)
+    agrees = pairs >= 3 and fraction >= config.least_fraction and distance <= config.map_distance
+    return MapMatch(alignment, evidence, fraction, agrees)

@@ -1,0 +1,297 @@
+"""Build the graph from what happens: departures, arrivals, edge-maps, links."""
+
+import math
+from dataclasses import dataclass
+
+from hslam_atlas.chain import chained
+from hslam_atlas.graph import EdgeEnd, Node
+from hslam_atlas.hypothesis import Hypothesis, Sight, align_branches, weigh
+from hslam_atlas.questions import Question, Questions
+from hslam_atlas.retrace import compare, convinces, far_end, far_sight_in_node, similar_length, update
+from hslam_atlas.state import AtlasState
+from hslam_atlas.tie import Drive, Outcome, connect, link, take_out, tie
+from hslam_atlas.uncertain_pose import UncertainPose
+from hslam_types.edge_map import EdgeMap, FrameLink
+from hslam_types.edge_map_transform import reverse
+from hslam_types.gvg_events import GvgEvent, NodeView
+from hslam_types.se2 import SE2, wrap
+
+_LINK_PER_METRE = 0.15
+"""Error of a pose by bare odometry, for each metre: the robot was lost on the way."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Here:
+    """The node the robot stands at and how the last sight of it fits the stored one."""
+
+    node: int
+    keys: tuple[int, ...]
+    """The node's branch key for each branch of the last view."""
+    traversal: int
+    """The drive that led here, -1 without a map."""
+    edge_in_node: UncertainPose | None
+    """Frame of that drive's edge-map in the node's frame."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Underway:
+    """The traversal under way."""
+
+    node: int
+    branch: int
+    sequence: int
+    departure_in_node: UncertainPose
+    odom_in_node: SE2
+    """The odom frame at departure, for the case that the robot gets lost."""
+
+
+class Mapper:
+    """Turns events, edge-maps and links into graph, maps and open questions."""
+
+    def __init__(self, state: AtlasState, questions: Questions) -> None:
+        """Start without knowing where the robot is."""
+        self.state = state
+        self.questions = questions
+        self.here: Here | None = None
+        self.underway: Underway | None = None
+        self._lost_from: Underway | None = None
+
+    def depart(self, event: GvgEvent, frame_link: FrameLink | None) -> None:
+        """Note where a traversal starts: by the link from the last edge-map if there is one, else by the view."""
+        assert event.node is not None
+        if self.here is None:
+            self._arrive_unknown(event)
+        here = self.here
+        assert here is not None
+        node = self.state.graph.nodes[here.node]
+        bearing = event.node.bearings_in_odom[event.branch]
+        if frame_link is not None and here.edge_in_node is not None and frame_link.traversal == here.traversal:
+            measured = UncertainPose(frame_link.departure_in_edge, frame_link.covariance)
+            departure = here.edge_in_node @ measured
+            key = _branch_towards(node, departure.pose.theta, here.keys, event.branch, event.node)
+        else:
+            key = here.keys[event.branch]
+            heading = node.branches[key].bearing
+            first = all(branch.edge is None for branch in node.branches.values())
+            spread = 0.0 if first else self.state.config.bearing_repeat
+            departure = UncertainPose.diagonal(SE2(0.0, 0.0, heading), 0.0, spread)
+        in_odom = SE2(event.node.x_in_odom, event.node.y_in_odom, bearing)
+        odom_in_node = departure.pose @ in_odom.inverse()
+        self.underway = Underway(node.id, key, event.sequence, departure, odom_in_node)
+        self.here = None
+
+    def lose(self) -> None:
+        """Give up the traversal under way; where the robot is remains to be found out."""
+        if self.underway is not None:
+            branch = self.state.graph.nodes[self.underway.node].branches[self.underway.branch]
+            branch.attempts += 1
+            branch.given_up = branch.edge is None and branch.attempts >= self.state.config.attempts
+            self._lost_from = self.underway
+        self.underway = self.here = None
+
+    def arrive(self, event: GvgEvent, edge_map: EdgeMap | None) -> None:
+        """Identify the node arrived at and enter the drive."""
+        assert event.node is not None
+        underway, self.underway = self.underway, None
+        if underway is None or edge_map is None:
+            self._arrive_unknown(event)
+            return
+        turned = UncertainPose.diagonal(SE2(0.0, 0.0, -edge_map.departure_heading), 0.0, self.state.config.heading_floor)
+        start = EdgeEnd(underway.node, underway.branch, underway.departure_in_node @ turned)
+        sight = _sight(event, edge_map)
+        if self._followed_known_edge(start, edge_map, sight, event):
+            return
+        hypotheses = self._hypotheses(start, edge_map, sight)
+        if not self._identified(start, edge_map, sight, hypotheses, event):
+            self._enter_new_node(start, edge_map, sight, hypotheses, event)
+
+    def _followed_known_edge(self, start: EdgeEnd, edge_map: EdgeMap, sight: Sight, event: GvgEvent) -> bool:
+        """Verify a drive along a known edge by the whole edge-map, and update that."""
+        edge_id = self.state.graph.nodes[start.node].branches[start.branch].edge
+        if edge_id is None:
+            return False
+        edge = self.state.graph.edges[edge_id]
+        end = edge.end_at(start.node, start.branch)
+        match = compare(self.state, edge, end, edge_map, start.frame_in_node)
+        if match is None or not convinces(match, edge, edge_map, self.state):
+            return False
+        sight_in_node = far_sight_in_node(edge, end, edge_map, match)
+        there = edge.ends[1 - end].node
+        update(self.state, edge, end, edge_map, match)
+        self._stand(there, sight, sight_in_node, edge_map, event)
+        return True
+
+    def _hypotheses(self, start: EdgeEnd, edge_map: EdgeMap, sight: Sight) -> list[Hypothesis]:
+        """Weigh every node within the pose gate, best first."""
+        state = self.state
+        sight_in_start = start.frame_in_node @ far_end(edge_map)
+        expected = state.graph.nodes[start.node].branches[start.branch].edge
+        found: list[Hypothesis] = []
+        for node_id, node_in_start in chained(state.graph, start.node).items():
+            sight_in_node = node_in_start.inverse() @ sight_in_start
+            node = state.graph.nodes[node_id]
+            hypothesis = weigh(state.graph, state.maps, node, sight, sight_in_node, state.look_alikes, state.config)
+            if hypothesis is not None:
+                found.append(hypothesis)
+        del expected
+        return sorted(found, key=lambda h: (-h.evidence, h.node))
+
+    def _identified(
+        self, start: EdgeEnd, edge_map: EdgeMap, sight: Sight, hypotheses: list[Hypothesis], event: GvgEvent
+    ) -> bool:
+        """Take the best hypothesis if it stands alone and nothing contradicts it."""
+        config = self.state.config
+        if not hypotheses:
+            return False
+        best = hypotheses[0]
+        second = max((h.evidence for h in hypotheses[1:]), default=0.0)
+        lead = best.evidence - max(second, 0.0)
+        if best.evidence < config.close_evidence or lead < config.close_margin or not best.map_agrees:
+            return False
+        node = self.state.graph.nodes[best.node]
+        key = best.branches[sight.come_along] if sight.come_along >= 0 else None
+        if key is None and sight.come_along >= 0:
+            key = node.add_branch(sight.bearings[sight.come_along] + best.sight_in_node.pose.theta).key
+        if key is None:
+            return False
+        known_before = len(self.state.merged)
+        outcome = tie(self.state, Drive(start, EdgeEnd(node.id, key, best.sight_in_node), edge_map))
+        if outcome is Outcome.CONTRADICTED:
+            return False
+        if outcome is Outcome.CONNECTED:
+            self.state.closures += 1
+        there, sight_in_there = self._after_merges(best.node, best.sight_in_node, known_before)
+        for merged in self.state.merged[known_before:]:
+            self.questions.follow(merged)
+        self._stand(there, sight, sight_in_there, edge_map, event)
+        self._review(start.node, there)
+        return True
+
+    def _enter_new_node(
+        self, start: EdgeEnd, edge_map: EdgeMap, sight: Sight, hypotheses: list[Hypothesis], event: GvgEvent
+    ) -> None:
+        """Add the node with the sight's frame as its own, the drive as an edge if its branch is free, and the doubts."""
+        state = self.state
+        node = state.graph.add_node(sight.kind, sight.clearance_m, list(sight.bearings))
+        stop = EdgeEnd(node.id, max(sight.come_along, 0), UncertainPose.exact(SE2()))
+        drive = Drive(start, stop, edge_map)
+        occupant = state.graph.nodes[start.node].branches[start.branch].edge
+        if occupant is not None:
+            known = state.graph.edges[occupant].path_length_m
+            shorter = edge_map.path_length_m < known
+            if shorter and not similar_length(known, edge_map.path_length_m, state.config):
+                take_out(state, occupant)
+                occupant = None
+        if occupant is None and sight.come_along >= 0:
+            connect(state, drive)
+        else:
+            link(state, drive)
+        for h in hypotheses:
+            if h.evidence > state.config.keep_evidence:
+                self.questions.add(Question(node.id, h.node, h.sight_in_node, h.evidence))
+        self._stand(node.id, sight, UncertainPose.exact(SE2()), edge_map, event, new=True)
+        self._review(start.node, node.id)
+
+    def _review(self, *touched: int) -> None:
+        """Weigh what the new drive says about open questions; follow the merges that come of it."""
+        before = len(self.state.merged)
+        self.questions.review(self.state, set(touched))
+        if self.here is None:
+            return
+        for merged in self.state.merged[before:]:
+            if merged.gone == self.here.node:
+                frame = self.here.edge_in_node
+                self.here = Here(
+                    merged.kept,
+                    tuple(merged.branches[key] for key in self.here.keys),
+                    self.here.traversal,
+                    None if frame is None else merged.gone_in_kept @ frame,
+                )
+
+    def _after_merges(self, node: int, pose: UncertainPose, since: int) -> tuple[int, UncertainPose]:
+        """Return what a node and a pose in it have become after the merges done since."""
+        for merged in self.state.merged[since:]:
+            if merged.gone == node:
+                node, pose = merged.kept, merged.gone_in_kept @ pose
+        return node, pose
+
+    def _stand(
+        self, node_id: int, sight: Sight, sight_in_node: UncertainPose, edge_map: EdgeMap, event: GvgEvent,
+        *, new: bool = False,
+    ) -> None:  # fmt: skip
+        """Note where the robot is, and what the visit says of the node's branches."""
+        node = self.state.graph.nodes[node_id]
+        keys = tuple(range(len(sight.bearings))) if new else self._observe(node, sight, sight_in_node)
+        node.visits.append((event.sequence, event.stamp_ns))
+        self.state.graph.changed_nodes.add(node_id)
+        edge_in_node = sight_in_node @ UncertainPose.exact(SE2(edge_map.terminal_x, 0.0, math.pi).inverse())
+        self.here = Here(node_id, keys, edge_map.traversal, edge_in_node)
+
+    def _observe(self, node: Node, sight: Sight, sight_in_node: UncertainPose) -> tuple[int, ...]:
+        """Count which branches were seen and which not; add new ones; give up those that mostly are not there."""
+        keys: list[int] = []
+        for bearing, known in zip(
+            sight.bearings, align_branches(node, sight, sight_in_node.pose, self.state.config), strict=True
+        ):
+            in_node = wrap(bearing + sight_in_node.pose.theta)
+            if known is None:
+                branch = node.add_branch(in_node)
+                branch.missed = len(node.visits)
+            else:
+                branch = node.branches[known]
+                branch.seen += 1
+                branch.bearing = wrap(branch.bearing + wrap(in_node - branch.bearing) / branch.seen)
+            keys.append(branch.key)
+        for branch in node.branches.values():
+            branch.missed += int(branch.key not in keys)
+            if branch.edge is None and branch.missed >= 2 and branch.missed > branch.seen:
+                branch.given_up = True
+        return tuple(keys)
+
+    def _arrive_unknown(self, event: GvgEvent) -> None:
+        """Stand at a node reached without an edge-map: new, for all that is known, at best linked by odometry."""
+        view = event.node
+        assert view is not None
+        node = self.state.graph.add_node(view.kind, view.clearance_m, list(view.bearings_in_odom))
+        node.visits.append((event.sequence, event.stamp_ns))
+        self.here = Here(node.id, tuple(range(view.degree)), -1, None)
+        lost, self._lost_from = self._lost_from, None
+        if lost is not None and lost.node in self.state.graph.nodes:
+            pose = lost.odom_in_node @ SE2(view.x_in_odom, view.y_in_odom, 0.0)
+            off = 0.3 + 2.0 * _LINK_PER_METRE * math.hypot(pose.x, pose.y)
+            relation = UncertainPose.diagonal(pose, off, 0.1 + 0.05 * off)
+            self.state.graph.add_link(lost.node, node.id, relation, math.hypot(pose.x, pose.y))
+            self._doubt_unmapped(lost.node, node, view)
+
+    def _doubt_unmapped(self, lost_from: int, node: Node, view: NodeView) -> None:
+        """Ask whether a node reached without a map is one of those about."""
+        state = self.state
+        sight = Sight(view.kind, view.clearance_m, view.bearings_in_odom, -1, None)
+        poses = chained(state.graph, lost_from)
+        for other, other_in_start in poses.items():
+            if other == node.id:
+                continue
+            sight_in_other = other_in_start.inverse() @ poses[node.id]
+            h = weigh(state.graph, state.maps, state.graph.nodes[other], sight, sight_in_other, state.look_alikes, state.config)
+            if h is not None and h.evidence > state.config.keep_evidence:
+                self.questions.add(Question(node.id, other, h.sight_in_node, h.evidence))
+
+
+def _sight(event: GvgEvent, edge_map: EdgeMap) -> Sight:
+    """Express an arrival's node view in the frame at the terminal, x back to the origin."""
+    view = event.node
+    assert view is not None
+    along = event.branch if event.branch >= 0 else 0
+    reference = view.bearings_in_odom[along]
+    bearings = tuple(
+        wrap(edge_map.arrival_heading - math.pi + bearing - reference) for bearing in view.bearings_in_odom
+    )
+    return Sight(view.kind, view.clearance_m, bearings, event.branch, reverse(edge_map))
+
+
+def _branch_towards(node: Node, heading: float, keys: tuple[int, ...], index: int, view: NodeView) -> int:
+    """Return the branch departed by: the announced index if it fits the measured heading, else the nearest."""
+    announced = keys[index] if view.degree == len(keys) else None
+    if announced is not None and abs(wrap(node.branches[announced].bearing - heading)) < math.radians(50.0):
+        return announced
+    return min(node.branches.values(), key=lambda branch: (abs(wrap(branch.bearing - heading)), branch.key)).key

@@ -1,0 +1,135 @@
+"""Make two nodes one, with all that follows: edges on the same branch become one, so do their far ends.
+
+The consequences are checked before anything is changed: one contradiction (kinds, lengths, maps) and the merge
+is refused.
+"""
+
+from collections import deque
+from dataclasses import dataclass
+
+from hslam_atlas.branches import match_bearings
+from hslam_atlas.graph import Node
+from hslam_atlas.map_match import MapMatch
+from hslam_atlas.retrace import compare, convinces, far_sight_in_node, update
+from hslam_atlas.state import AtlasState, Merged
+from hslam_atlas.uncertain_pose import UncertainPose
+from hslam_types.se2 import wrap
+
+
+@dataclass(frozen=True, slots=True)
+class _Twin:
+    """Two edges found to be one."""
+
+    gone: int
+    gone_end: int
+    kept: int
+    kept_end: int
+
+
+@dataclass(frozen=True, slots=True)
+class _Union:
+    """Two nodes to be joined and the twin edges between them and theirs."""
+
+    gone: int
+    kept: int
+    gone_in_kept: UncertainPose
+    branches: dict[int, int | None]
+    twins: tuple[_Twin, ...]
+
+
+def merge(state: AtlasState, gone: int, kept: int, gone_in_kept: UncertainPose) -> bool:
+    """Join two nodes (the older id stays) and everything that follows; False, and nothing changed, if it contradicts."""
+    if gone < kept:
+        gone, kept, gone_in_kept = kept, gone, gone_in_kept.inverse()
+    unions = _plan(state, gone, kept, gone_in_kept)
+    if unions is None:
+        return False
+    for union in unions:
+        _carry_out(state, union)
+    state.closures += 1
+    return True
+
+
+def branch_partners(gone: Node, kept: Node, gone_in_kept: UncertainPose, gate: float) -> dict[int, int | None]:
+    """Return for each branch key of ``gone`` the key of ``kept``'s branch that lies in the same direction."""
+    ordered = gone.ordered()
+    bearings = [wrap(branch.bearing + gone_in_kept.pose.theta) for branch in ordered]
+    known = [(branch.key, branch.bearing) for branch in kept.branches.values()]
+    keys = match_bearings(bearings, known, gate)
+    return {branch.key: key for branch, key in zip(ordered, keys, strict=True)}
+
+
+def _plan(state: AtlasState, gone: int, kept: int, gone_in_kept: UncertainPose) -> list[_Union] | None:
+    """Return every union that follows, or None if one is impossible."""
+    graph, config = state.graph, state.config
+    unions: list[_Union] = []
+    partner: dict[int, int] = {}
+    taken: set[int] = set()
+    queue: deque[tuple[int, int, UncertainPose]] = deque([(gone, kept, gone_in_kept)])
+    while queue:
+        a, b, a_in_b = queue.popleft()
+        if a == b or partner.get(a) == b:
+            continue
+        if a < b:
+            a, b, a_in_b = b, a, a_in_b.inverse()
+            if partner.get(a) == b:
+                continue
+        if a in partner or a in taken or b in partner:
+            return None  # three nodes for one place: wait until the first two are one
+        node, other = graph.nodes[a], graph.nodes[b]
+        if node.kind is not other.kind or abs(len(node.branches) - len(other.branches)) > 1:
+            return None
+        partner[a] = b
+        taken.add(b)
+        branches = branch_partners(node, other, a_in_b, config.branch_gate)
+        twins: list[_Twin] = []
+        for key, onto in branches.items():
+            edge_id = node.branches[key].edge
+            other_id = None if onto is None else other.branches[onto].edge
+            if edge_id is None or other_id is None or onto is None or edge_id == other_id:
+                continue
+            edge, known = graph.edges[edge_id], graph.edges[other_id]
+            end, known_end = edge.end_at(a, key), known.end_at(b, onto)
+            match = twin_match(state, edge_id, end, other_id, known_end, a_in_b)
+            if match is None or not convinces(match, known, state.maps.get(edge_id), state):
+                return None
+            twins.append(_Twin(edge_id, end, other_id, known_end))
+            far = far_sight_in_node(known, known_end, state.maps.seen_from(edge_id, end), match)
+            far_in_far = far @ edge.ends[1 - end].frame_in_node.inverse()
+            queue.append((edge.ends[1 - end].node, known.ends[1 - known_end].node, far_in_far))
+        unions.append(_Union(a, b, a_in_b, branches, tuple(twins)))
+    return unions
+
+
+def twin_match(
+    state: AtlasState, edge_id: int, end: int, known_id: int, known_end: int, node_in_known: UncertainPose
+) -> MapMatch | None:
+    """Compare two stored edges as if the nodes at the given ends were one."""
+    frame = node_in_known @ state.graph.edges[edge_id].ends[end].frame_in_node
+    return compare(state, state.graph.edges[known_id], known_end, state.maps.seen_from(edge_id, end), frame)
+
+
+def _carry_out(state: AtlasState, union: _Union) -> None:
+    """Fuse twin edges into the kept ones, then let the kept node absorb the other."""
+    graph = state.graph
+    for twin in union.twins:
+        if twin.gone not in graph.edges or twin.kept not in graph.edges:
+            continue  # already fused from its other end
+        match = twin_match(state, twin.gone, twin.gone_end, twin.kept, twin.kept_end, union.gone_in_kept)
+        if match is not None:
+            drive = state.maps.seen_from(twin.gone, twin.gone_end)
+            drives = graph.edges[twin.gone].traversals
+            update(state, graph.edges[twin.kept], twin.kept_end, drive, match, drives)
+        graph.remove_edge(twin.gone)
+        state.maps.drop(twin.gone)
+    kept = graph.nodes[union.kept]
+    gone = graph.nodes[union.gone]
+    branches: dict[int, int] = {}
+    for key, onto in union.branches.items():
+        if onto is None:
+            added = kept.add_branch(gone.branches[key].bearing + union.gone_in_kept.pose.theta)
+            added.seen = 0
+            onto = added.key
+        branches[key] = onto
+    graph.absorb(union.gone, union.kept, union.gone_in_kept, branches)
+    state.merged.append(Merged(union.gone, union.kept, union.gone_in_kept, branches))

@@ -1,0 +1,107 @@
+"""Open questions: nodes that may be one.  Kept and weighed until one answer stands alone."""
+
+from dataclasses import dataclass, field, replace
+
+from hslam_atlas.merge import branch_partners, merge, twin_match
+from hslam_atlas.retrace import convinces
+from hslam_atlas.state import AtlasState, Merged
+from hslam_atlas.uncertain_pose import UncertainPose
+
+_AGAINST = 4.0
+"""What an edge that contradicts costs (nats): not all, for a node may have been passed unnoticed."""
+_IMPOSSIBLE = 20.0
+"""What a refused merge costs."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Question:
+    """Is ``node`` really ``other``?"""
+
+    node: int
+    other: int
+    node_in_other: UncertainPose
+    evidence: float
+    """Log-odds (nats)."""
+    compared: frozenset[tuple[int, int]] = field(default_factory=frozenset)
+    """Pairs of edges that have been matched for it: none counts twice."""
+
+
+class Questions:
+    """All open questions."""
+
+    def __init__(self) -> None:
+        """Start without doubts."""
+        self.open: list[Question] = []
+
+    def of(self, node: int) -> list[Question]:
+        """Return the questions about a node, the likeliest answer first."""
+        return sorted((q for q in self.open if q.node == node), key=lambda q: (-q.evidence, q.other))
+
+    def add(self, question: Question) -> None:
+        """Open a question."""
+        self.open.append(question)
+
+    def review(self, state: AtlasState, touched: set[int]) -> None:
+        """Weigh new edges of the touched nodes for every question they bear on; close what stands alone."""
+        asked = [q for q in self.open if q.node in touched or q.other in touched]
+        for question in asked:
+            if question in self.open:
+                self.open[self.open.index(question)] = _weighed(state, question)
+        self.open = [q for q in self.open if q.evidence > state.config.keep_evidence]
+        while (answer := self._stands_alone(state)) is not None:
+            count = len(state.merged)
+            if merge(state, answer.node, answer.other, answer.node_in_other):
+                for merged in state.merged[count:]:
+                    self.follow(merged)
+            else:
+                self.open[self.open.index(answer)] = replace(answer, evidence=answer.evidence - _IMPOSSIBLE)
+        self.open = [q for q in self.open if q.evidence > state.config.keep_evidence]
+
+    def follow(self, merged: Merged) -> None:
+        """Rewrite the questions after a merge; one about a single node is answered."""
+        kept: dict[tuple[int, int], Question] = {}
+        for q in self.open:
+            if q.node == merged.gone:
+                q = replace(q, node=merged.kept, node_in_other=q.node_in_other @ merged.gone_in_kept.inverse())
+            if q.other == merged.gone:
+                q = replace(q, other=merged.kept, node_in_other=merged.gone_in_kept @ q.node_in_other)
+            if q.node < q.other:
+                q = replace(q, node=q.other, other=q.node, node_in_other=q.node_in_other.inverse())
+            known = kept.get((q.node, q.other))
+            if q.node != q.other and (known is None or known.evidence < q.evidence):
+                kept[q.node, q.other] = q
+        self.open = list(kept.values())
+
+    def _stands_alone(self, state: AtlasState) -> Question | None:
+        """Return a question whose answer is beyond doubt: enough evidence and a clear lead over every rival."""
+        for q in sorted(self.open, key=lambda q: (-q.evidence, q.node, q.other)):
+            if q.evidence < state.config.close_evidence:
+                return None
+            rivals = [r.evidence for r in self.open if r is not q and r.node == q.node]
+            if q.evidence - max(rivals, default=0.0) >= state.config.close_margin:
+                return q
+        return None
+
+
+def _weighed(state: AtlasState, question: Question) -> Question:
+    """Match the edges that must be one if the nodes are, as far as that is not done yet."""
+    graph = state.graph
+    node, other = graph.nodes[question.node], graph.nodes[question.other]
+    partners = branch_partners(node, other, question.node_in_other, state.config.branch_gate)
+    evidence, compared = question.evidence, set(question.compared)
+    for key, onto in partners.items():
+        edge_id = node.branches[key].edge
+        other_id = None if onto is None else other.branches[onto].edge
+        if edge_id is None or other_id is None or onto is None or edge_id == other_id:
+            continue
+        if (edge_id, other_id) in compared:
+            continue
+        compared.add((edge_id, other_id))
+        edge, known = graph.edges[edge_id], graph.edges[other_id]
+        end, known_end = edge.end_at(node.id, key), known.end_at(other.id, onto)
+        match = twin_match(state, edge_id, end, other_id, known_end, question.node_in_other)
+        if match is not None and convinces(match, known, state.maps.get(edge_id), state):
+            evidence += state.look_alikes.capped(match.evidence)
+        else:
+            evidence -= _AGAINST
+    return replace(question, evidence=evidence, compared=frozenset(compared))

@@ -1,0 +1,107 @@
+"""Drives along known edges: is this the same edge, and if so, what does the drive add to its map?"""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from hslam_atlas.config import AtlasConfig
+from hslam_atlas.fusion import fuse
+from hslam_atlas.graph import Edge, EdgeEnd
+from hslam_atlas.map_match import MapMatch, match_edges
+from hslam_atlas.state import AtlasState
+from hslam_atlas.uncertain_pose import UncertainPose
+from hslam_types.edge_map import EdgeMap
+from hslam_types.edge_map_transform import reverse
+from hslam_types.se2 import SE2, wrap
+
+_FEW_LANDMARKS = 4
+"""With fewer landmarks than this in either map, lengths must do."""
+_SHORT_M = 3.0
+"""Below this length the direction of the edge frame is too uncertain to be taken as common."""
+
+
+def similar_length(a_m: float, b_m: float, config: AtlasConfig) -> bool:
+    """Whether two path lengths may be of one edge."""
+    return abs(a_m - b_m) < config.length_tolerance_m + config.length_tolerance * max(a_m, b_m)
+
+
+def compare(
+    state: AtlasState, edge: Edge, end: int, edge_map: EdgeMap, frame_in_node: UncertainPose
+) -> MapMatch | None:
+    """Match a drive's map with an edge's, both seen from the node at ``end``; None if the lengths already differ.
+
+    ``frame_in_node``: the drive's frame, origin at that node, in the node's frame.
+    """
+    if not similar_length(edge.path_length_m, edge_map.path_length_m, state.config):
+        return None
+    stored = state.maps.seen_from(edge.id, end)
+    if abs(stored.terminal_x - edge_map.terminal_x) > state.config.length_tolerance_m:
+        return None
+    repeat = state.config.origin_repeat_m
+    if stored.terminal_x >= _SHORT_M:  # both x axes pass through the same two meet points
+        heading, heading_std = 0.0, 2.0 * repeat / stored.terminal_x + math.radians(0.1)
+    else:
+        heading = wrap(frame_in_node.pose.theta - edge.ends[end].frame_in_node.pose.theta)
+        heading_std = math.radians(8.0)
+    prior = np.diag([2.0 * repeat**2, 2.0 * repeat**2, heading_std**2])
+    return match_edges(stored, edge_map, SE2(0.0, 0.0, heading), prior, state.config)
+
+
+def convinces(match: MapMatch | None, edge: Edge, edge_map: EdgeMap, state: AtlasState) -> bool:
+    """Whether a drive where this edge was expected has indeed followed it."""
+    if match is None:
+        return False
+    if min(state.maps.get(edge.id).size, edge_map.size) < _FEW_LANDMARKS:
+        return True
+    return match.agrees and match.evidence > state.config.expected_bonus
+
+
+def far_end(edge_map: EdgeMap) -> UncertainPose:
+    """Return the frame at a map's terminal, x back to its origin, in the map's frame."""
+    variance = float(edge_map.covariance[0, 0])
+    return UncertainPose(SE2(edge_map.terminal_x, 0.0, math.pi), np.diag([variance, 0.0, 0.0]))
+
+
+def far_sight_in_node(edge: Edge, end: int, edge_map: EdgeMap, match: MapMatch) -> UncertainPose:
+    """Return where the drive's far end frame (origin at its terminal, x back) sits in the far node's frame."""
+    there = edge.ends[1 - end].frame_in_node
+    back = SE2(edge.terminal_x, 0.0, math.pi).inverse()
+    offset = back @ match.alignment.offset @ SE2(edge_map.terminal_x, 0.0, math.pi)
+    # The terminals were tied: at the far end the frames differ by how well a node repeats.
+    spread = UncertainPose.diagonal(offset, 0.03, max(math.sqrt(float(match.alignment.offset_covariance[2, 2])), 0.004))
+    return UncertainPose.exact(there.pose) @ spread
+
+
+def update(
+    state: AtlasState, edge: Edge, end: int, edge_map: EdgeMap, match: MapMatch, drives: tuple[int, ...] = ()
+) -> Edge:
+    """Fuse a map (seen from ``end``) into the edge's, unless it shares a drive with it: no measurement counts twice.
+
+    ``drives``: the traversals the map holds, its own if not given.  Returns the edge as it is now.
+    """
+    drives = drives or (edge_map.traversal,)
+    if set(drives) & set(edge.traversals) or not match.agrees:
+        return edge
+    stored = state.maps.seen_from(edge.id, end)
+    fused, new_in_old = fuse(stored, edge_map, match.alignment, len(edge.traversals))
+    near, far = edge.ends[end], edge.ends[1 - end]
+    over = SE2(edge.terminal_x, 0.0, math.pi).inverse() @ new_in_old @ SE2(fused.terminal_x, 0.0, math.pi)
+    moved_near = near._replace(frame_in_node=_moved(near, new_in_old))
+    moved_far = far._replace(frame_in_node=_moved(far, over))
+    updated = replace(
+        edge,
+        ends=(moved_near, moved_far) if end == 0 else (moved_far, moved_near),
+        terminal_x=fused.terminal_x,
+        terminal_variance=float(fused.covariance[0, 0]),
+        path_length_m=fused.path_length_m,
+        traversals=(*edge.traversals, *drives),
+    )
+    state.maps.put(edge.id, fused if end == 0 else reverse(fused))
+    state.graph.put_edge(updated)
+    return updated
+
+
+def _moved(end: EdgeEnd, by: SE2) -> UncertainPose:
+    """Return an end's frame after the edge frame has moved by a known pose."""
+    return end.frame_in_node @ UncertainPose.exact(by)

@@ -1,0 +1,131 @@
+"""Enter a drive between two identified nodes into the graph, whatever its two branches already carry.
+
+A branch leads along one edge only.  So where a branch is taken, the drive either was along that edge (then the far
+ends are one node), or was shorter (the stored edge had passed a node unnoticed: it is taken out and its other end is
+explored again), or was longer (this drive passed a node unnoticed: it says where things lie, but is no edge).
+"""
+
+from dataclasses import dataclass
+from enum import Enum, auto
+
+from hslam_atlas.graph import Edge, EdgeEnd
+from hslam_atlas.merge import merge
+from hslam_atlas.retrace import compare, convinces, far_end, far_sight_in_node, similar_length, update
+from hslam_atlas.state import AtlasState
+from hslam_types.edge_map import EdgeMap
+from hslam_types.edge_map_transform import reverse
+
+
+class Outcome(Enum):
+    """What became of a drive."""
+
+    CONNECTED = auto()
+    """A new edge."""
+    RETRACED = auto()
+    """A known edge driven again."""
+    GLUED = auto()
+    """A known edge driven from a node that turned out to be known too."""
+    PASSED = auto()
+    """A node was overlooked on the way: no edge, but a link."""
+    RETURNED = auto()
+    """The robot came back along the branch it left by."""
+    CONTRADICTED = auto()
+    """The two nodes cannot be connected so: the identification must be wrong."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Drive:
+    """A traversal between a branch of one node and a branch of another, the robot's map of it and its end frames."""
+
+    start: EdgeEnd
+    """Frame: the map's."""
+    stop: EdgeEnd
+    """Frame: origin at the terminal, x back."""
+    edge_map: EdgeMap
+
+
+def tie(state: AtlasState, drive: Drive) -> Outcome:
+    """Enter the drive; on CONTRADICTED and PASSED no edge is touched."""
+    graph = state.graph
+    branch = graph.nodes[drive.start.node].branches[drive.start.branch]
+    if (drive.start.node, drive.start.branch) == (drive.stop.node, drive.stop.branch):
+        _fruitless(state, drive)
+        return Outcome.RETURNED
+    back = reverse(drive.edge_map)
+    obsolete: list[int] = []
+    for near, far, edge_map in ((drive.stop, drive.start, back), (drive.start, drive.stop, drive.edge_map)):
+        edge_id = graph.nodes[near.node].branches[near.branch].edge
+        if edge_id is None:
+            continue
+        edge = graph.edges[edge_id]
+        end = edge.end_at(near.node, near.branch)
+        if similar_length(edge.path_length_m, edge_map.path_length_m, state.config):
+            return _same(state, edge, end, edge_map, near, far)
+        if edge_map.path_length_m > edge.path_length_m:
+            _fruitless(state, drive)
+            return Outcome.PASSED
+        obsolete.append(edge_id)
+    for edge_id in obsolete:
+        if edge_id in graph.edges:
+            take_out(state, edge_id)
+    branch.attempts = 0
+    connect(state, drive)
+    return Outcome.CONNECTED
+
+
+def connect(state: AtlasState, drive: Drive) -> Edge:
+    """Make the drive a new edge with its map; both branches must be free."""
+    edge_map = drive.edge_map
+    edge = state.graph.connect(
+        (drive.start, drive.stop),
+        edge_map.terminal_x,
+        float(edge_map.covariance[0, 0]),
+        edge_map.path_length_m,
+        edge_map.traversal,
+    )
+    state.maps.put(edge.id, edge_map)
+    return edge
+
+
+def take_out(state: AtlasState, edge_id: int) -> None:
+    """Remove an edge found to pass a node; what it told of its ends' relative pose stays as a link."""
+    edge = state.graph.remove_edge(edge_id)
+    state.maps.drop(edge_id)
+    if edge.ends[0].node != edge.ends[1].node:
+        state.graph.add_link(edge.ends[0].node, edge.ends[1].node, edge.across(0), edge.path_length_m)
+
+
+def _same(
+    state: AtlasState, edge: Edge, end: int, edge_map: EdgeMap, near: EdgeEnd, far: EdgeEnd
+) -> Outcome:
+    """The drive has the length of the edge on ``near``'s branch: they must be one, and so must their far ends."""
+    match = compare(state, edge, end, edge_map, near.frame_in_node)
+    if match is None or not convinces(match, edge, edge_map, state):
+        return Outcome.CONTRADICTED
+    known = edge.ends[1 - end]
+    if known.node == far.node:
+        if known.branch != far.branch:  # a branch that was invented, or one branch seen in two directions
+            state.graph.nodes[far.node].branches[far.branch].given_up = True
+        update(state, edge, end, edge_map, match)
+        return Outcome.RETRACED
+    far_in_known = far_sight_in_node(edge, end, edge_map, match) @ far.frame_in_node.inverse()
+    if not merge(state, far.node, known.node, far_in_known):
+        return Outcome.CONTRADICTED
+    if edge.id in state.graph.edges:
+        update(state, state.graph.edges[edge.id], end, edge_map, match)
+    return Outcome.GLUED
+
+
+def _fruitless(state: AtlasState, drive: Drive) -> None:
+    """Count a drive that brought no edge against the branch it set out on; remember what it measured."""
+    branch = state.graph.nodes[drive.start.node].branches[drive.start.branch]
+    branch.attempts += 1
+    branch.given_up = branch.attempts >= state.config.attempts
+    if drive.start.node != drive.stop.node:
+        link(state, drive)
+
+
+def link(state: AtlasState, drive: Drive) -> None:
+    """Keep the relative pose of the drive's two nodes."""
+    stop_in_start = drive.start.frame_in_node @ far_end(drive.edge_map) @ drive.stop.frame_in_node.inverse()
+    state.graph.add_link(drive.start.node, drive.stop.node, stop_in_start, drive.edge_map.path_length_m)
