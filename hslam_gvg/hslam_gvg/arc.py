@@ -15,6 +15,9 @@ from hslam_types.se2 import Array, wrap_all
 
 Flags = npt.NDArray[np.bool_]
 
+LEVERAGE = 0.12
+"""Least distance between two echoes that give a wall's direction, by the range squared (1/m): range noise of 1 %
+then moves the point along the wall by no more than some 15 cm."""
 WALL_SLACK = 0.4
 """How far (rad) outside the cone a wall's normal may lie; the cone's edge then hears the wall (Polaroids do)."""
 
@@ -90,7 +93,7 @@ def relate(new: Arc, old: Arcs, half_cone: float, least_crossing: float, least_s
     wall_length = gap * np.sin(tilt)
     touches = (
         (np.abs(cos_normal) < 1.0)
-        & (wall_length > least_step_m)
+        & (wall_length > np.maximum(least_step_m, LEVERAGE * r * r))
         & (np.abs(wrap_all(normal - new.axis)) <= heard)
         & (np.abs(wrap_all(normal - old.axis)) <= heard)
     )

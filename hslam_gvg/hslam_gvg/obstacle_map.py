@@ -24,6 +24,8 @@ SAME_PLACE_M = 0.05
 SAME_AXIS = math.radians(4.0)
 EXPLAINED_M = 0.2
 """An unresolved echo this near a resolved point is that obstacle's."""
+UNRESOLVED_M = 1.0
+"""Echoes that no second arc has placed are believed from this near only: most of them hang in mid-air."""
 STALE_TRAVEL_M = 2.5
 REPLACE_M = 0.25
 PARTNER_POINTS_M = 1.2
@@ -77,7 +79,7 @@ class ObstacleMap:
         if self._cache is None:
             n = self._count
             kind = self._kind[:n]
-            confirmed = (kind == UNRESOLVED) & (self._support[:n] > 0) & (self._range[:n] < self._config.reach_m)
+            confirmed = (kind == UNRESOLVED) & (self._support[:n] > 0) & (self._range[:n] < UNRESOLVED_M)
             believed = (kind == RESOLVED) | (kind == FILL) | confirmed
             self._cache = np.column_stack((self._px[:n][believed], self._py[:n][believed]))
         return self._cache
@@ -102,10 +104,10 @@ class ObstacleMap:
             found = relate(arc, old, half_cone, config.crossing_angle, config.wall_step_m)
             touches = found.touches & (found.wall_length < LONGEST_TANGENT_M)
             crossings, walls = int(found.crosses.sum()), int(touches.sum())
-            if crossings > walls:
+            if crossings > max(walls, 1):
                 azimuth, kind = median_azimuth(found.crossing[found.crosses], arc.axis), RESOLVED
                 self._resolve(rows[found.crosses], found.crossing_on_old[found.crosses])
-            elif walls:
+            elif walls > 1:
                 normals = found.normal[touches][-NEWEST_NORMALS:]
                 wall_normal = median_azimuth(normals, arc.axis)
                 offset = min(max(wrap(wall_normal - arc.axis), -half_cone), half_cone)

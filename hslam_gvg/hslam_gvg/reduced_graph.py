@@ -8,11 +8,15 @@ edges are none.  Unknown space counts as leading on: an exit is never pruned.
 import math
 from typing import NamedTuple
 
+from hslam_types.se2 import wrap
+
 from hslam_gvg.voronoi_graph import VoronoiGraph
 
 PARALLEL_LOOP = 3.2
 """A loop shorter than this multiple of the clearance is an artefact."""
 ROUNDS = 6
+ONE_WAY = math.radians(50.0)
+"""Branches that leave closer together than this pass one obstacle on both sides, most often an echo in mid-air."""
 
 
 class ReducedNode(NamedTuple):
@@ -45,9 +49,10 @@ class ReducedGraph:
             changed |= _merge(graph, self._links)
             if not changed:
                 break
-        self.nodes = [
+        found = [
             self._node(u) for u, around in self._links.items() if u not in graph.exits and len(around) not in (0, 2)
         ]
+        self.nodes = [node for node in found if node.degree != 2]
         """Strong meet points and boundary points."""
 
     def node_near(self, x: float, y: float, within_m: float) -> ReducedNode | None:
@@ -65,8 +70,25 @@ class ReducedGraph:
 
     def _node(self, u: int) -> ReducedNode:
         graph = self._graph
-        bearings = tuple(sorted(_chord(graph, self._links, u, v, self._chord_m) for v in self._links[u]))
-        return ReducedNode(*graph.position[u], graph.clearance[u], bearings)
+        bearings = sorted(_chord(graph, self._links, u, v, self._chord_m) for v in self._links[u])
+        return ReducedNode(*graph.position[u], graph.clearance[u], distinct(bearings))
+
+
+def distinct(bearings: list[float]) -> tuple[float, ...]:
+    """Return sorted directions (rad) with those closer together than `ONE_WAY` replaced by their mean."""
+    merged = list(bearings)
+    while len(merged) > 1:
+        gaps = [
+            (wrap(b - a) % (2.0 * math.pi), i)
+            for i, (a, b) in enumerate(zip(merged, merged[1:] + merged[:1], strict=True))
+        ]
+        gap, i = min(gaps)
+        if gap >= ONE_WAY:
+            break
+        both = wrap(merged[i] + 0.5 * gap)
+        j = (i + 1) % len(merged)
+        merged = sorted([b for k, b in enumerate(merged) if k not in (i, j)] + [both])
+    return tuple(merged)
 
 
 def _chain(links: Links, start: int, towards: int) -> list[int]:
