@@ -60,11 +60,11 @@ def _joined(existing: EdgeMap, candidate: EdgeMap, alignment: Alignment) -> tupl
     for n, j in enumerate(fresh):
         row, column = known + 2 * n, 3 + known + 2 + 2 * j
         point = turn @ alignment.mean[column : column + 2]
-        points.append((point + [q.x, q.y])[None, :])
+        points.append(np.array([[point[0] + q.x, point[1] + q.y]]))
         jacobian[row : row + 2, :2] = np.eye(2)
         jacobian[row : row + 2, 2] = [-point[1], point[0]]
         jacobian[row : row + 2, column : column + 2] = turn
-    return np.concatenate(points), jacobian @ alignment.covariance @ jacobian.T
+    return np.concatenate(points), jacobian @ alignment.covariance() @ jacobian.T
 
 
 def _sightings(existing: EdgeMap, candidate: EdgeMap, alignment: Alignment) -> list[int]:
