@@ -62,7 +62,7 @@ def free_space(plan: Mapping[str, Any]) -> shapely.Polygon:
 
 def start_pose(plan: Mapping[str, Any]) -> SE2:
     """Return the start pose a plan or a map's YAML names under ``start``; raises WorldError if it is malformed."""
-    start = plan.get("start")
+    start: Any = plan.get("start")
     try:
         x, y, heading = (float(start[key]) for key in ("x", "y", "heading_deg"))
     except (TypeError, KeyError, ValueError):

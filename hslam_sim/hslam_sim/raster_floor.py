@@ -14,6 +14,7 @@ a drawn building is free too, and often larger than the building.
 
 import itertools
 from dataclasses import dataclass
+from typing import cast
 
 import contourpy
 import cv2
@@ -138,10 +139,11 @@ def _without_islands(free: Mask, diagonal: float) -> tuple[Mask, bool]:
 def _polygon(free: Mask, seed: tuple[int, int]) -> shapely.Polygon:
     """Return the outline (pixels; pixel centres at whole numbers) of the free region about ``seed``."""
     generator = contourpy.contour_generator(z=free.astype(np.float64), fill_type=contourpy.FillType.OuterOffset)
-    polygons, offsets = generator.filled(0.5, np.inf)
+    # The library's hint covers every fill type; this one gives points and ring offsets of each polygon.
+    polygons, offsets = cast("tuple[list[Array], list[Array]]", generator.filled(0.5, np.inf))
     here = shapely.Point(seed[1], seed[0])
     for points, starts in zip(polygons, offsets, strict=True):
-        rings = [np.asarray(points[a:b]) for a, b in itertools.pairwise(starts)]
+        rings = [np.asarray(points[a:b]) for a, b in itertools.pairwise(starts.tolist())]
         if not shapely.Polygon(rings[0]).contains(here):
             continue
         smooth = [_smoothed(ring[:-1]) for ring in rings]

@@ -64,7 +64,8 @@ def _image(path: Path) -> npt.NDArray[np.float64]:
         raise WorldError(f"the image {path} is not a readable PGM or PNG")
     if pixels.ndim == 2:
         pixels = pixels[:, :, None]
-    return pixels.astype(np.float64) / float(np.iinfo(pixels.dtype).max)
+    scaled: npt.NDArray[np.float64] = pixels.astype(np.float64) / float(np.iinfo(pixels.dtype).max)
+    return scaled
 
 
 def _free(image: npt.NDArray[np.float64], mode: str, free_below: float, *, negate: bool) -> Mask:

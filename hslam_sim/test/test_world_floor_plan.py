@@ -31,14 +31,14 @@ def test_a_bent_corridor_has_square_corners_and_ends() -> None:
 
 @pytest.mark.parametrize(("side", "inside"), [("left", (4.0, 1.1)), ("right", (4.0, -1.1))])
 def test_a_recess_lies_behind_the_wall_of_its_side(side: str, inside: tuple[float, float]) -> None:
-    corridor = {**PLAN["corridors"][0], side: {"door": [4.0]}}  # type: ignore[index, dict-item]
+    corridor = {**PLAN["corridors"][0], side: {"door": [4.0]}}  # type: ignore[index]
     space = floor_plan.free_space({**PLAN, "corridors": [corridor]})
     assert space.contains(shapely.Point(inside))
     assert space.area == pytest.approx(36.0 + 0.2)
 
 
 def test_a_pilaster_takes_from_the_corridor_after_its_bend() -> None:
-    corridor = {**PLAN["corridors"][0], "right": {"pilaster": [14.0]}}  # type: ignore[index, dict-item]
+    corridor = {**PLAN["corridors"][0], "right": {"pilaster": [14.0]}}  # type: ignore[index]
     space = floor_plan.free_space({**PLAN, "corridors": [corridor]})
     assert space.area == pytest.approx(36.0 - 0.3 * 0.25)
     assert not space.contains(shapely.Point(10.9, 4.0))

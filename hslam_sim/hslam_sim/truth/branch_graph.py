@@ -6,6 +6,7 @@ planar embedding survives merges (directions would not: merged branches share th
 Numbers are handed out in order, so that every operation is deterministic.
 """
 
+import functools
 import math
 from dataclasses import dataclass, field
 
@@ -70,7 +71,7 @@ class BranchGraph:
     def order_ends(self) -> None:
         """Sort the ends at every node counter-clockwise by the direction of their first step."""
         for hub in self.hubs.values():
-            hub.ends.sort(key=lambda end, hub=hub: self._first_direction(hub, end))
+            hub.ends.sort(key=functools.partial(self._first_direction, hub))
 
     def remove_branch(self, number: int) -> None:
         """Take an edge out; a node left without any goes with it."""
