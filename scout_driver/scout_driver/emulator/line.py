@@ -15,6 +15,8 @@ from scout_driver.protocol.commands import NAK, Command, command_from_frame
 from scout_driver.protocol.framing import Frame, FrameParser, encode_frame
 from scout_driver.protocol.replies import STATE_DATA_MIN, STATE_REPLIES
 
+BACKLOG_S = 0.5
+"""Buffers along the line hold so much; bytes that would wait longer are lost."""
 FIFO_BYTES = 16
 """Bytes come out of a UART in groups; waking up for each one would cost more than the emulation."""
 
@@ -52,7 +54,7 @@ class EmulatedLine:
 
     def receive(self, data: bytes, now_s: float) -> None:
         """Take bytes that the computer begins to send at ``now_s``."""
-        if not self.plugged(now_s):
+        if not self.plugged(now_s) or self._in_free_s - now_s > BACKLOG_S:
             return
         when = max(now_s, self._in_free_s)
         for byte, held_s in self._faults.damage(data):
@@ -133,6 +135,8 @@ class EmulatedLine:
 
     def _send(self, data: bytes, when: float, held_s: float) -> None:
         """Put a reply on the line."""
+        if self._out_free_s - when > BACKLOG_S:
+            return
         pause_s = 0.0 if self._config.exchange_s else self._config.processing_s
         at_s = max(when + pause_s + held_s, self._out_free_s)
         group = bytearray()
