@@ -15,6 +15,6 @@ setup(
     zip_safe=False,
     maintainer="The hslam maintainers",
     maintainer_email="maintainers@hslam.invalid",
-    description="What every node of the suite needs of ROS: message conversions, parameters from dataclasses, QoS, order of inputs.",
+    description="What every node needs of ROS: message conversions, parameters from dataclasses, QoS, order of inputs.",
     license="Apache-2.0",
 )

@@ -15,6 +15,6 @@ setup(
     zip_safe=False,
     maintainer="The hslam maintainers",
     maintainer_email="maintainers@hslam.invalid",
-    description="Plain Python values that cross package borders: poses, readings, GVG events, edge-maps, configuration.",
+    description="Values that cross package borders: poses, readings, GVG events, edge-maps, configuration.",
     license="Apache-2.0",
 )

@@ -50,5 +50,12 @@ def check(root: Path | None) -> None:
         )
         raise SetUpError(message)
     if root is not None and not (root / "share" / "rosidl_default_generators").exists():
-        message = f"{root} cannot build messages; on Ubuntu: apt install ros-jazzy-ros-base ros-jazzy-rosidl-default-generators"
+        message = f"{root} cannot build messages; on Ubuntu: apt install ros-jazzy-ros-base ros-dev-tools"
         raise SetUpError(message)
+
+
+if __name__ == "__main__":
+    try:
+        check(ros_root())
+    except SetUpError as error:
+        sys.exit(f"set-up: {error}")

@@ -101,10 +101,16 @@ def build(ros: Path | None, lock: Path) -> None:
     environment = clean_environment(VENV, ros)
     if ros:
         environment = sourced(f". '{ros}/setup.sh'", environment)
+    else:
+        environment["CMAKE_GENERATOR"] = "Ninja"
     options = ["-DCMAKE_BUILD_TYPE=Release", "-DBUILD_TESTING=OFF", f"-DPython3_EXECUTABLE={VENV}/bin/python"]
     colcon = [str(VENV / "bin" / "python"), "-m", "colcon", "build", "--symlink-install", "--base-paths", str(ROOT)]
     colcon += [] if ros else [str(FROM_PIP)]
-    run([*colcon, "--cmake-args", *options], environment, "building the workspace", ROOT / "log" / "set-up.log")
+    try:
+        run([*colcon, "--cmake-args", *options], environment, "building the workspace", ROOT / "log" / "set-up.log")
+    except SetUpError:
+        STARTED.unlink()  # It failed but was not cut short: what is built stays good.
+        raise
     write_launchers(ROOT, VENV, ros)
     write(BUILT, stamp)
 
