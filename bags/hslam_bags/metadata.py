@@ -94,7 +94,7 @@ def _span(span_ns: tuple[int, int] | None, indent: str) -> tuple[str, ...]:
 
 
 def write_metadata(directory: Path, metadata: Metadata) -> None:
-    """Replace the directory's metadata.yaml at one stroke, so that no reader sees half of it; BagError if that fails."""
+    """Replace the directory's metadata.yaml at one stroke, so that none sees half of it; BagError if that fails."""
     path = directory / FILE_NAME
     fresh = directory / (FILE_NAME + ".new")
     try:

@@ -10,14 +10,13 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from hslam_types.config import Configuration, parameter
-from hslam_types.errors import ConfigurationError
-
 from hslam_bags.definitions import Definition, DefinitionSource
 from hslam_bags.errors import BagError
 from hslam_bags.mcap_file import McapFile
 from hslam_bags.metadata import FileInfo, Metadata, TopicInfo, to_yaml, write_metadata
 from hslam_bags.qos import OfferedQos, qos_to_yaml
+from hslam_types.config import Configuration, parameter
+from hslam_types.errors import ConfigurationError
 
 
 @dataclass(frozen=True)
@@ -91,6 +90,11 @@ class Recorder:
     ) -> None:
         """Close the bag whole, whatever ended the block."""
         self.close()
+
+    @property
+    def failed(self) -> bool:
+        """Whether recording ended early because the bag could not be written."""
+        return self._failure is not None
 
     @property
     def message_count(self) -> int:

@@ -6,13 +6,13 @@ import struct
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 import yaml
-from hslam_types.errors import ConfigurationError
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
-from rosbags.interfaces import QosDurability
+from rosbags.interfaces import ConnectionExtRosbag2, QosDurability
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
@@ -20,6 +20,7 @@ from hslam_bags.definitions import DefinitionSource
 from hslam_bags.errors import BagError
 from hslam_bags.qos import LATCHED
 from hslam_bags.recorder import Recorder, RecorderConfig
+from hslam_types.errors import ConfigurationError
 
 STRING = "std_msgs/msg/String"
 STAMPED = "geometry_msgs/msg/Vector3Stamped"
@@ -55,12 +56,12 @@ def test_other_readers_read_what_was_written(bag: Path, definitions: DefinitionS
             (index * 10**6, raw) for index, raw in enumerate(raws)
         ]
     with (bag / "bag_0.mcap").open("rb") as stream:
-        reader = make_reader(stream, validate_crcs=True, decoder_factories=[DecoderFactory()])
-        summary = reader.get_summary()
+        mcap = make_reader(stream, validate_crcs=True, decoder_factories=[DecoderFactory()])
+        summary = mcap.get_summary()
         assert summary is not None
         assert summary.statistics is not None
         assert summary.statistics.message_count == 5000
-        decoded = [message.decoded_message.data for message in reader.iter_decoded_messages()]
+        decoded = [message.decoded_message.data for message in mcap.iter_decoded_messages()]
     assert decoded == [f"message {index}" for index in range(5000)]
 
 
@@ -71,13 +72,15 @@ def test_decodes_by_the_stored_schema_alone(bag: Path, definitions: DefinitionSo
         ((schema, channel, _, message),) = make_reader(
             stream, decoder_factories=[DecoderFactory()]
         ).iter_decoded_messages()
+    assert schema is not None
     assert (schema.name, schema.encoding, channel.topic) == (STAMPED, "ros2msg", "/force")
     assert (message.header.stamp.sec, message.header.stamp.nanosec) == (1, 500_000_000)
     assert (message.header.frame_id, message.vector.x) == ("map", 2.25)
     store = get_typestore(Stores.ROS2_JAZZY)
     with Reader(bag) as reader:
         ((connection, _, raw),) = reader.messages()
-        assert store.deserialize_cdr(raw, connection.msgtype).vector.x == 2.25
+        decoded: Any = store.deserialize_cdr(raw, connection.msgtype)
+    assert decoded.vector.x == 2.25
 
 
 def test_offered_qos_and_type_hash_are_kept(bag: Path, definitions: DefinitionSource) -> None:
@@ -86,6 +89,7 @@ def test_offered_qos_and_type_hash_are_kept(bag: Path, definitions: DefinitionSo
         recorder.write("/map", STRING, string_cdr("floor"), 5)
     with Reader(bag) as reader:
         (connection,) = reader.connections
+        assert isinstance(connection.ext, ConnectionExtRosbag2)
         (offer,) = connection.ext.offered_qos_profiles
         assert (offer.durability, offer.depth) == (QosDurability.TRANSIENT_LOCAL, 1)
         assert connection.digest == "RIHS01_0123"

@@ -1,0 +1,179 @@
+"""The recorder as a node: finds topics, subscribes to raw bytes, writes them to a bag."""
+
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from hslam_msgs.msg import NodeStatus
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
+from rclpy.node import Node
+
+from hslam_bags.definitions import Definition
+from hslam_bags.errors import BagError
+from hslam_bags.message_types import message_class
+from hslam_bags.qos import OfferedQos
+from hslam_bags.raw_topics import RawTopics
+from hslam_bags.recorder import Recorder, RecorderConfig
+from hslam_bags.recording_clock import RecordingClock
+from hslam_bags.ros_qos import offer_from_profile
+from hslam_bags.topic_choice import TopicChoice, names
+from hslam_ros.parameters import declare
+from hslam_ros.qos import LATCHED
+from hslam_ros.spin import run
+from hslam_types.config import Configuration, parameter
+from hslam_types.errors import ConfigurationError
+
+CLOCK = "/clock"
+FOREVER_S = 2**31 - 1
+"""Stamp (s) of the status that answers every cycle to come: a recorder is waited for once, not at every step."""
+
+_SWEEP_S = 0.005
+"""Time between two sweeps over the topics; the middleware holds thousands of messages meanwhile."""
+
+Info = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class RecordConfiguration(Configuration):
+    """What is recorded, and where to."""
+
+    path: str = parameter("", "folder of the bag, new or empty")
+    topics: str = parameter("", "names or regular expressions of the topics, by commas; empty: all")
+    exclude: str = parameter("/parameter_events", "names or regular expressions of topics left out, by commas")
+    hidden: bool = parameter(False, "record hidden topics too, such as those of actions")
+    times: str = parameter(
+        "stamp", "a message's time is its 'stamp', else the newest stamp heard; or when it was 'received'"
+    )
+    require: str = parameter(
+        "", "topics, by commas; once all are heard, ~/status says so to whoever waits with the first step"
+    )
+    find_every_s: float = parameter(0.1, "wall time between two looks for new topics", low=0.01, high=60.0, unit="s")
+    flush_every_s: float = parameter(
+        1.0, "wall time after which what was received is on disk", low=0.05, high=60.0, unit="s"
+    )
+
+
+class RecordNode(Node):
+    """Owns the recorder and a subscription a topic."""
+
+    def __init__(self) -> None:
+        """Begin the bag; raises HslamError on a bad parameter or folder."""
+        super().__init__("record")
+        self._config = declare(self, RecordConfiguration)
+        if not self._config.path or self._config.times not in ("stamp", "received"):
+            raise ConfigurationError("parameter 'path' must name a folder, 'times' be stamp or received")
+        self._choice = TopicChoice(names(self._config.topics), names(self._config.exclude), self._config.hidden)
+        self._recorder = Recorder(Path(self._config.path), declare(self, RecorderConfig))
+        self._times = RecordingClock()
+        self._heard = RawTopics(self)
+        self._publisher_counts: dict[str, int] = {}
+        self._timeless: list[tuple[str, str, bytes]] = []
+        self._status = self.create_publisher(NodeStatus, "~/status", LATCHED)
+        self._required = {self.resolve_topic_name(name) for name in names(self._config.require)}
+        self.failed = False
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._timers_of_recording = [
+            self.create_timer(_SWEEP_S, self._heard.sweep, clock=steady),
+            self.create_timer(self._config.find_every_s, self._find_topics, clock=steady),
+            self.create_timer(self._config.flush_every_s, self._recorder.flush, clock=steady),
+        ]
+        self._find_topics()
+
+    def _find_topics(self) -> None:
+        """Listen to what is new, and to what has a new publisher."""
+        for topic, types in sorted(self.get_topic_names_and_types()):
+            if topic not in self._choice or topic == self._status.topic_name:
+                continue
+            publishers = self.count_publishers(topic)
+            if publishers == self._publisher_counts.get(topic, 0):
+                continue
+            self._publisher_counts[topic] = publishers
+            offers = tuple(offer_from_profile(info.qos_profile) for info in self.get_publishers_info_by_topic(topic))
+            if offers and topic in self._heard:
+                self._heard.adapt(topic, offers)
+            elif offers:
+                self._listen(topic, types[0], offers)
+        self._announce()
+
+    def _listen(self, topic: str, type_name: str, offers: tuple[OfferedQos, ...]) -> None:
+        try:
+            kind = message_class(type_name)
+            definition = self._recorder.add_topic(topic, type_name, offers)
+        except (LookupError, BagError) as error:
+            self.get_logger().warning(f"{topic} is not recorded: {error}")
+            return
+        self._heard.listen(topic, kind, offers, partial(self._handler(topic, definition), topic, type_name))
+
+    def _handler(self, topic: str, definition: Definition) -> Callable[[str, str, bytes, Info], None]:
+        """Choose how a topic's messages get their times."""
+        if self._config.times == "received":
+            return self._record_received
+        if topic == CLOCK:
+            return self._record_clock
+        return self._record_stamped if definition.stamped else self._record_unstamped
+
+    def _record_stamped(self, topic: str, type_name: str, raw: bytes, _: Info) -> None:
+        self._record_at(self._times.stamp_ns(raw), topic, type_name, raw)
+
+    def _record_unstamped(self, topic: str, type_name: str, raw: bytes, _: Info) -> None:
+        self._record_at(self._times.newest_ns, topic, type_name, raw)
+
+    def _record_clock(self, topic: str, type_name: str, raw: bytes, _: Info) -> None:
+        self._record_at(self._times.tick(raw), topic, type_name, raw)
+
+    def _record_received(self, topic: str, type_name: str, raw: bytes, info: Info) -> None:
+        self._recorder.write(topic, type_name, raw, info["received_timestamp"], info["source_timestamp"])
+
+    def _record_at(self, time_ns: int | None, topic: str, type_name: str, raw: bytes) -> None:
+        """Record a message, or keep it until there is a time: log lines of starting nodes come before the first."""
+        if time_ns is None:
+            self._timeless.append((topic, type_name, raw))
+            return
+        if self._timeless:
+            self._record_timeless(time_ns)
+        self._recorder.write(topic, type_name, raw, time_ns)
+
+    def _record_timeless(self, time_ns: int) -> None:
+        """Record what was kept at the first time there is."""
+        for topic, type_name, raw in self._timeless:
+            self._recorder.write(topic, type_name, raw, time_ns)
+        self._timeless.clear()
+
+    def _announce(self) -> None:
+        """Say once that every required topic is heard, to whoever waits for this recorder with the first step."""
+        if self._required and all(self._heard.has_publisher(topic) for topic in self._required):
+            status = NodeStatus(node=self.get_name(), state="recording")
+            status.header.stamp.sec = FOREVER_S
+            self._status.publish(status)
+            self._required = set()
+
+    def close(self) -> None:
+        """Take what has arrived but not been handled, and end the bag."""
+        try:
+            if not self._recorder.failed:
+                self._heard.sweep()
+                self._record_timeless(0)
+                self._recorder.close()
+        except BagError as error:
+            sys.stderr.write(f"{self.get_name()}: {error}\n")
+        self.failed = self._recorder.failed
+        self._heard.close()
+
+
+def main() -> None:
+    """Run the node until Ctrl-C or SIGTERM; exits 1 if the bag could not be written to the end."""
+    nodes: list[RecordNode] = []
+
+    def make() -> RecordNode:
+        nodes.append(RecordNode())
+        return nodes[0]
+
+    try:
+        run(make)
+    finally:
+        if nodes and nodes[0].failed:
+            sys.exit(1)
