@@ -76,6 +76,12 @@ class DriverConfig(Configuration):
     rebase_at_m: float = parameter(
         60.0, "re-base the base's counters here; they overflow at 83.2 m", low=1.0, high=75.0, unit="m"
     )
+    counter_span: int = parameter(
+        65535,
+        "units from one end of a position counter to the other (how it overflows is not known)",
+        low=65534,
+        high=65536,
+    )
 
     sonar_rate: int = parameter(15, "4 ms units a ping (CONF_SN); 15 in every driver", low=1, high=255, unit="4 ms")
     sonar_order: str = parameter("0 2 15 1 14 3 13 4 12 5 11 6 10 7 9 8", "order of firing; the same in every driver")

@@ -60,7 +60,8 @@ class ScoutDriver:
         self._line: Line | None = None
         self._counts = LineCounts()
         self._setup: deque[Command] = deque()
-        self._attempt_s = self._answered_s = self._cycle_s = clock.now() - 1e9
+        self._answered_s = self._cycle_s = clock.now() - 1e9
+        self._cycles_to_attempt = 0
         self._ramp = Ramp(config.acceleration_m_s2, config.turn_acceleration_rad_s2)
         self._standing = self._rebased_last = False
         self.guard = MotionGuard(config)
@@ -116,7 +117,7 @@ class ScoutDriver:
     def cycle(self) -> Reading | None:
         """Carry out one exchange; None if it brought nothing to believe. Never raises on what the base does."""
         now_s = self._clock.now()
-        line = self._line or self._connect(now_s)
+        line = self._line or self._connect()
         if line is None:
             return None
         if now_s - self._answered_s > SETUP_AFTER_SILENCE_S and not self._setup:
@@ -138,10 +139,12 @@ class ScoutDriver:
             self._line.close()
             self._line = None
 
-    def _connect(self, now_s: float) -> Line | None:
-        if now_s - self._attempt_s < self._config.reconnect_s:
+    def _connect(self) -> Line | None:
+        # Counted in cycles: without a line no clock of the base goes on.
+        self._cycles_to_attempt -= 1
+        if self._cycles_to_attempt > 0:
             return None
-        self._attempt_s = now_s
+        self._cycles_to_attempt = round(self._config.reconnect_s / self._config.cycle_s)
         try:
             self._line = Line(self._open(), self._config, self._clock, self._counts)
         except LineLostError as error:
@@ -156,7 +159,7 @@ class ScoutDriver:
         if self._line is not None:
             self._line.close()
         self._line = None
-        self._attempt_s = self._clock.now()
+        self._cycles_to_attempt = round(self._config.reconnect_s / self._config.cycle_s)
         self._standing = False
         self.guard.forget_command()
 

@@ -45,8 +45,9 @@ class Odometry:
             return velocity
         last_raw, last_velocity, last_s = self._last
         elapsed = max(0.0, stamp_s - last_s)
-        if self._plausible(last_raw, raw, elapsed):
-            self._advance(last_raw, raw)
+        unwrapped = self._unwrapped(last_raw, raw)
+        if self._plausible(last_raw, unwrapped, elapsed):
+            self._advance(last_raw, unwrapped)
         elif self._rebasing and self._plausible(SE2(0.0, 0.0, last_raw.theta), raw, elapsed):
             self._bridge(last_velocity, velocity, elapsed, last_raw, raw)
             self._rebasing = False
@@ -81,6 +82,13 @@ class Odometry:
         """Return the pose in the base's own frame."""
         turn = -1.0 if self._config.heading_clockwise else 1.0
         return SE2(state.x * METRES_PER_UNIT, state.y * METRES_PER_UNIT, wrap(turn * state.heading * RADIANS_PER_UNIT))
+
+    def _unwrapped(self, before: SE2, after: SE2) -> SE2:
+        """Return a raw pose with whole ranges of the counters added, so that it lies nearest the one before."""
+        span = self._config.counter_span * METRES_PER_UNIT
+        x = after.x + span * round((before.x - after.x) / span)
+        y = after.y + span * round((before.y - after.y) / span)
+        return SE2(x, y, after.theta)
 
     def _velocity(self, state: State) -> Velocity:
         """Return the measured velocity of the body, calibrated."""

@@ -1,5 +1,6 @@
 """The emulated base as a node: its serial line on a pseudo-terminal or TCP port, and what no serial line carries."""
 
+import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +12,7 @@ from rclpy.node import Node
 from rosgraph_msgs.msg import Clock as ClockMsg
 from std_srvs.srv import Trigger
 
-from hslam_ros.conversions import landmarks_to_msg, odometry_to_msg
+from hslam_ros.conversions import header, landmarks_to_msg, odometry_to_msg
 from hslam_ros.parameters import declare
 from hslam_ros.qos import CYCLE
 from hslam_ros.spin import run
@@ -32,6 +33,8 @@ from scout_driver.emulator.server import EmulatorServer
 from scout_driver.emulator.simulated_floor import SimulatedFloor
 
 NS_PER_MS = 1_000_000
+CYCLE_GAP_MS = 30
+"""A state after so long a pause begins a cycle of the driver, which publishes it; looks go with these alone."""
 FAULT_STREAM = 4
 """Stream of chance of the faults, after the four of the simulation."""
 
@@ -45,7 +48,9 @@ class RunConfiguration(Configuration):
     landmark_seed: int = parameter(0, "seed of the landmarks' places on the walls", low=0, high=2**31 - 1)
     port: str = parameter("", "link to make to the pseudo-terminal (none: its own name is logged), or tcp://host:port")
     real_time_factor: float = parameter(1.0, "emulated by wall time; tell the driver the same", low=0.01, high=100.0)
-    wait_for: str = parameter("gvg,ekf,atlas", "lock-step (base.exchange_s > 0): nodes whose status answers each state")
+    lockstep: bool = parameter(False, "each exchange is one step of the world, taken once the last is answered")
+    step_s: float = parameter(0.12, "lock-step: how far an exchange moves the world", low=0.01, high=1.0, unit="s")
+    wait_for: str = parameter("gvg,ekf,atlas", "lock-step: nodes whose status answers each state, by commas")
     warn_after_s: float = parameter(5.0, "wall time until a missing answer is reported", low=0.1, high=3600.0, unit="s")
     fail_after_s: float = parameter(10.0, "wall time until it ends the run", low=0.1, high=3600.0, unit="s")
     start_within_s: float = parameter(
@@ -62,6 +67,8 @@ class EmulatorNode(Node):
         self._run = declare(self, RunConfiguration)
         config, faults = declare(self, EmulatorConfig, "base."), declare(self, FaultConfig, "faults.")
         landmarks = declare(self, LandmarkConfiguration, "landmarks.")
+        if self._run.lockstep:
+            config = dataclasses.replace(config, exchange_s=self._run.step_s)
         world = load_world(self._run.world, landmark_seed=self._run.landmark_seed)
         simulated = SimulationConfiguration(landmarks=landmarks)
         self._floor = SimulatedFloor(world, TICK_S, self._run.seed, simulated)
@@ -69,11 +76,11 @@ class EmulatorNode(Node):
         rng = np.random.default_rng([self._run.seed, FAULT_STREAM])
         line = EmulatedLine(self._base, config, Faults(faults, rng))
         self._look_ms = round(config.look_s * 1000)
-        self._next_look_ms = self._look_ms
+        self._next_look_ms, self._last_ms, self._looks = self._look_ms, -CYCLE_GAP_MS, 0
         self.finished = False
         self._create_topics()
         port = open_port(self._run.port)
-        self._answers = self._listen() if config.exchange_s > 0.0 else None
+        self._answers = self._listen() if self._run.lockstep else None
         self._server = EmulatorServer(
             line,
             port,
@@ -95,6 +102,7 @@ class EmulatorNode(Node):
     def _create_topics(self) -> None:
         self._clock_topic = self.create_publisher(ClockMsg, "/clock", CYCLE)
         self._landmarks = self.create_publisher(LandmarkObservations, "landmarks", CYCLE)
+        self._status = self.create_publisher(NodeStatus, "~/status", CYCLE)
         self._truth = self.create_publisher(Odometry, "ground_truth", CYCLE)
         self._finish_service = self.create_service(Trigger, "~/finish", self._on_finish)
 
@@ -120,9 +128,14 @@ class EmulatorNode(Node):
             self._answers.expect(stamp_ns)
         self._clock_topic.publish(ClockMsg(clock=stamp_to_msg(stamp_ns)))
         self._truth.publish(odometry_to_msg(OdometrySample(stamp_ns, self._floor.true_pose), parent="map"))
-        if board_ms >= self._next_look_ms:
+        begins_cycle = board_ms - self._last_ms >= CYCLE_GAP_MS
+        self._last_ms = board_ms
+        if begins_cycle and board_ms >= self._next_look_ms:
             self._next_look_ms += self._look_ms * ((board_ms - self._next_look_ms) // self._look_ms + 1)
+            self._looks += 1
             self._landmarks.publish(landmarks_to_msg(self._floor.look(stamp_ns)))
+        about = header(stamp_ns, "")
+        self._status.publish(NodeStatus(header=about, node=self.get_name(), outputs=self._looks, state="serving"))
 
     def _check(self) -> None:
         if self._server.failure is not None:

@@ -58,6 +58,16 @@ def test_rebasing_leaves_no_jump() -> None:
     assert abs(odometry.base_in_odom.x - SPEED * METRES_PER_UNIT * CYCLE_S * 99) < 0.004
 
 
+def test_an_overflow_that_no_rebase_prevented_is_unwrapped() -> None:
+    odometry = Odometry(DriverConfig())
+    for i in range(40):
+        units = (32767 - 300 + 15 * i + 32767) % 65535 - 32767
+        state = State((50,) * 16, 0, units, -units, 3150, SPEED, SPEED)
+        assert odometry.update(state, i * CYCLE_S) is not None
+    assert odometry.base_in_odom.x == pytest.approx(15 * 39 * METRES_PER_UNIT * math.sqrt(2.0), abs=1e-6)
+    assert (odometry.rejected, odometry.jumps) == (0, 0)
+
+
 def test_a_lost_rebase_changes_nothing() -> None:
     odometry = Odometry(DriverConfig(rebase_at_m=1.0))
     _drive(odometry, 70)

@@ -36,7 +36,7 @@ class EmulatorServer:
         """
         self._line, self._port, self._clock, self._factor = line, port, clock, time_factor
         self._on_state, self._may_go_on = on_state, may_go_on
-        self._unplugged = False
+        self._unplugs, self._unplugged = line.unplugs, False
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._serve, name="scout_emulator", daemon=True)
         self.failure: BaseException | None = None
@@ -68,15 +68,14 @@ class EmulatorServer:
         data = self._port.read(wait_s)
         if data and not self._may_go_on():
             return
-        unplugs = line.unplugs
         if data:
             line.receive(data, self._clock.now())
         line.advance(self._clock.now())
         while line.state_stamps:
             self._on_state(line.state_stamps.popleft())
-        if line.unplugs != unplugs:
+        if line.unplugs != self._unplugs:
             self._port.unplug()
-            self._unplugged = True
+            self._unplugs, self._unplugged = line.unplugs, True
         elif self._unplugged and line.plugged(self._clock.now()):
             self._port.plug()
             self._unplugged = False
