@@ -1,0 +1,85 @@
+"""How far the mapped landmarks lie from the true ones: within each edge-map, and in the composed picture."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from hslam_report.explored import PlacedEdgeMap
+from hslam_types.se2 import SE2, Array, rotation
+
+GATE_M = 1.0
+"""A mapped landmark farther from every true one is a false one and has no error."""
+
+
+@dataclass(frozen=True)
+class LandmarkScore:
+    """Errors of all edge-maps together."""
+
+    rmse_edge_m: float
+    """In the edge frames, each laid on its true meet points; NaN if no landmark was mapped."""
+    rmse_global_m: float
+    """In the composed picture, laid on the truth by one rigid motion."""
+    nees_mean: float
+    """Mean squared error over its covariance, per degree of freedom: 1 is consistent, above it overconfident."""
+    mapped: int
+    false: int
+    """Mapped landmarks without a true one in reach."""
+
+
+def score_landmarks(maps: Sequence[PlacedEdgeMap], true_landmarks: Array) -> LandmarkScore:
+    """Return the errors of edge-maps against the world's landmarks (n x 2, m, in map)."""
+    squared: list[float] = []
+    nees: list[float] = []
+    composed: list[Array] = []
+    truth: list[Array] = []
+    for placed in maps:
+        rows, columns = associate(placed.frame_in_map.apply_all(placed.landmarks), true_landmarks)
+        true_in_edge = placed.frame_in_map.inverse().apply_all(true_landmarks[columns])
+        for row, error in zip(rows.tolist(), placed.landmarks[rows] - true_in_edge, strict=True):
+            block = placed.covariance[2 + 2 * row : 4 + 2 * row, 2 + 2 * row : 4 + 2 * row]
+            squared.append(float(error @ error))
+            nees.append(float(error @ np.linalg.solve(block, error)) / 2.0)
+        composed.append(placed.frame_in_global.apply_all(placed.landmarks[rows]))
+        truth.append(true_landmarks[columns])
+    mapped = sum(len(placed.landmarks) for placed in maps)
+    if not squared:
+        return LandmarkScore(math.nan, math.nan, math.nan, mapped, mapped)
+    picture, target = np.concatenate(composed), np.concatenate(truth)
+    off = rigid_fit(picture, target).apply_all(picture) - target
+    return LandmarkScore(
+        rmse_edge_m=math.sqrt(float(np.mean(squared))),
+        rmse_global_m=math.sqrt(float((off**2).sum(axis=1).mean())),
+        nees_mean=float(np.mean(nees)),
+        mapped=mapped,
+        false=mapped - len(squared),
+    )
+
+
+def associate(mapped: Array, true: Array) -> tuple[Array, Array]:
+    """Return indices (rows, columns) of one-to-one pairs of least total squared distance within the gate."""
+    if len(mapped) == 0 or len(true) == 0:
+        return np.empty(0, dtype=int), np.empty(0, dtype=int)
+    near = np.flatnonzero(
+        (true >= mapped.min(axis=0) - GATE_M).all(axis=1) & (true <= mapped.max(axis=0) + GATE_M).all(axis=1)
+    )
+    squared = ((mapped[:, None, :] - true[None, near, :]) ** 2).sum(axis=2)
+    # Beyond the gate every distance costs the same, so far pairs never push near ones apart.
+    rows, columns = linear_sum_assignment(np.minimum(squared, GATE_M**2))
+    within = squared[rows, columns] < GATE_M**2
+    return rows[within], near[columns[within]]
+
+
+def rigid_fit(points: Array, target: Array) -> SE2:
+    """Return the pose that maps ``points`` onto ``target`` (both n x 2) with least squares.
+
+    Source: Umeyama, "Least-squares estimation of transformation parameters between two point patterns", 1991,
+    without scale; in the plane the rotation has a closed form.
+    """
+    middle, there = points.mean(axis=0), target.mean(axis=0)
+    a, b = points - middle, target - there
+    theta = math.atan2(float((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum()), float((a * b).sum()))
+    shift = there - rotation(theta) @ middle
+    return SE2(float(shift[0]), float(shift[1]), theta)
