@@ -71,7 +71,7 @@ def edge_map_figure(placed: PlacedEdgeMap) -> Figure:
     axes.set_ylabel("y (m)")
     shown = f"{len(placed.landmarks)} landmarks, 95 % ellipses x {factor}"
     axes.set_title(f"Edge-map {placed.name} in its own frame: {shown}", fontsize=11)
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.55 * 2.5 / figure.get_figheight()), ncols=3, frameon=False)
+    legend_below(axes, 3)
     return figure
 
 

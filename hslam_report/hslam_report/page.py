@@ -17,6 +17,8 @@ ACCENT = "#e07a1f"
 FAINT = "#9aa5b1"
 WIDTH_IN = 11.0
 CAPTION_IN = 1.3
+LABELS_IN = 0.5
+"""What the ticks and the x axis's label take under the axes."""
 LEAST_DRAWING_IN, MOST_DRAWING_IN = 2.5, 12.0
 SUFFIXES = (".png", ".svg")
 
@@ -58,4 +60,7 @@ def save(figure: Figure, folder: Path, name: str) -> list[Path]:
 
 def legend_below(axes: Axes, columns: int) -> None:
     """Put the legend under the axes, out of the drawing's way."""
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.09), ncols=columns, frameon=False)
+    figure = axes.get_figure(root=True)
+    drawing_in = axes.get_position().height * (figure.get_figheight() if figure is not None else WIDTH_IN)
+    below = -LABELS_IN / drawing_in
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, below), ncols=columns, frameon=False)

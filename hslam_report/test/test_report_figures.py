@@ -8,15 +8,17 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from hslam_report.explored import PlacedEdgeMap
+from hslam_report.explored import ExploredGraph, ExploredNode, PlacedEdgeMap, Visit
 from hslam_report.landmark_score import LandmarkScore
 from hslam_report.map_figures import CHI_SQUARE_95, edge_map_figure, exaggeration, tied_maps_figure
 from hslam_report.node_score import NodeMatches
 from hslam_report.page import save
 from hslam_report.path_figures import DrivenPath, laid_on_map, length_m, loop_figure, path_figure
+from hslam_report.run_figures import Loop, enclosed_area_m2, widest_loop, write_figures
 from hslam_report.run_report import RunFacts, report, write_report
 from hslam_report.score import GraphScore
 from hslam_sim.worlds import load_world
+from hslam_types.gvg_events import NodeKind
 from hslam_types.se2 import SE2
 
 WORLD = load_world("small_world")
@@ -87,6 +89,21 @@ def test_exaggerated_ellipses_keep_within_their_share(std: float) -> None:
 def test_an_edge_map_without_landmarks_is_drawn() -> None:
     empty = PlacedEdgeMap("9", 4.0, np.empty((0, 2)), np.diag([0.01, 0.0]), SE2(), SE2())
     assert "0 landmarks" in edge_map_figure(empty).axes[0].get_title()
+
+
+def test_the_loop_shown_is_the_widest_and_no_way_out_and_back(tmp_path: Path) -> None:
+    path = driven()
+    there_and_back = DrivenPath(
+        np.vstack([path.in_odom[:50], path.in_odom[:50][::-1]]), np.vstack([path.in_map[:50], path.in_map[:50][::-1]])
+    )
+    corner = ExploredNode(7, NodeKind.MEET_POINT, 3, 1.2, (Visit(0, 0.0, 0.0), Visit(5, 0.1, 0.0)))
+    graph = ExploredGraph((corner,), ())
+    assert widest_loop(graph, path, {0: 0, 5: 200}) == Loop(7, 0, 200)
+    assert enclosed_area_m2(path.in_map) == pytest.approx(13.0 * 9.0, rel=0.01)
+    assert widest_loop(graph, there_and_back, {0: 0, 5: 99}) is None
+    names = [path.name for path in write_figures(tmp_path, WORLD, path, graph, [edge_map()], {0: 0, 5: 200})]
+    assert len(names) == 8
+    assert [path.name for path in write_figures(tmp_path, WORLD, there_and_back, graph, [], {0: 0, 5: 99})] == names[:2]
 
 
 def test_the_report_has_the_promised_fields_and_no_nan(tmp_path: Path) -> None:
