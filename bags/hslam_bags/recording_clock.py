@@ -32,7 +32,7 @@ class RecordingClock:
         return time_ns
 
     def stamp_ns(self, raw: bytes) -> int | None:
-        """Return a stamped message's time (ns): its stamp if that is near the clock, else the newest; None: none yet."""
+        """Return a stamped message's time (ns): its stamp if near the clock, else the newest; None: none yet."""
         stamp_ns = leading_stamp_ns(raw)
         if stamp_ns < 0 or (self._clock_ns is not None and abs(stamp_ns - self._clock_ns) > NEAR_NS):
             return self.newest_ns

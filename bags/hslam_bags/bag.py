@@ -1,0 +1,191 @@
+"""A stored bag: a rosbag2 directory of MCAP or SQLite files, or one such file alone."""
+
+import re
+import shutil
+import tempfile
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import Any, NamedTuple, Self
+
+import yaml
+import zstandard
+
+from hslam_bags.errors import BagError
+from hslam_bags.mcap_storage import McapStorage
+from hslam_bags.metadata import FILE_NAME
+from hslam_bags.sqlite_storage import SqliteStorage
+from hslam_bags.stored import Storage, StoredMessage, StoredTopic, in_time_order
+from hslam_bags.topic_choice import TopicChoice
+
+REPAIR_HINT = "what is readable: hslam bag repair"
+_ENDINGS = (".mcap", ".db3", ".mcap.zstd", ".db3.zstd")
+_FOREVER_NS = 2**64
+
+
+class _Listed(NamedTuple):
+    """What metadata.yaml says of the files."""
+
+    files: list[Path]
+    packing: str
+    custom: dict[str, str]
+
+
+class Bag:
+    """Reads a bag's messages in order of log time; a context manager."""
+
+    def __init__(self, path: Path, *, tolerant: bool = False) -> None:
+        """Open the bag at ``path``.
+
+        Damage raises BagError with file and place; when ``tolerant`` it is kept in `problems` and the rest is offered.
+        """
+        self.path = path
+        self.problems: list[BagError] = []
+        self._tolerant = tolerant
+        self._scratch: tempfile.TemporaryDirectory[str] | None = None
+        self._files: dict[str, Storage] = {}
+        if not path.exists():
+            raise BagError(path, "", "does not exist")
+        listed = self._listed() if path.is_dir() else _Listed([path], "", {})
+        self.custom: Mapping[str, str] = listed.custom
+        for file in listed.files:
+            try:
+                self._files[file.name] = self._open(file, listed.packing)
+            except BagError as error:
+                self._complain(error)
+
+    def __enter__(self) -> Self:
+        """Return the bag itself."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Close the files."""
+        self.close()
+
+    @property
+    def files(self) -> Mapping[str, Storage]:
+        """The files that could be opened, by name."""
+        return self._files
+
+    @property
+    def topics(self) -> dict[str, StoredTopic]:
+        """The topics by name; where files disagree, as the first has them."""
+        found: dict[str, StoredTopic] = {}
+        for storage in self._files.values():
+            for topic in storage.topics:
+                known = found.setdefault(topic.name, topic)
+                if known.type_name != topic.type_name:
+                    problem = f"is of type {known.type_name} and of type {topic.type_name}"
+                    raise BagError(self.path, f"topic {topic.name}", problem)
+        return found
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Messages by topic."""
+        totals: dict[str, int] = {}
+        for storage in self._files.values():
+            for topic, count in storage.counts.items():
+                totals[topic] = totals.get(topic, 0) + count
+        return totals
+
+    @property
+    def span_ns(self) -> tuple[int, int] | None:
+        """First and last log time (ns), None if there is no message."""
+        spans = [span for storage in self._files.values() if (span := storage.span_ns)]
+        return (min(span[0] for span in spans), max(span[1] for span in spans)) if spans else None
+
+    def messages(
+        self, choice: TopicChoice | None = None, start_ns: int = 0, end_ns: int = _FOREVER_NS
+    ) -> Iterator[StoredMessage]:
+        """Yield the chosen topics' messages with start <= log time < end, in order of log time."""
+        names = {name for name in self.topics if choice is None or name in choice}
+        pieces = []
+        for storage in self._files.values():
+            if storage.span_ns:
+
+                def iterate(storage: Storage = storage) -> Iterator[StoredMessage]:
+                    return storage.messages(names, start_ns, end_ns)
+
+                pieces.append((storage.span_ns[0], iterate))
+        return in_time_order(pieces)
+
+    def close(self) -> None:
+        """Close the files."""
+        for storage in self._files.values():
+            storage.close()
+        self._files.clear()
+        if self._scratch is not None:
+            self._scratch.cleanup()
+
+    def _complain(self, error: BagError) -> None:
+        """Keep a problem, or raise it where nothing may be missing."""
+        if not self._tolerant:
+            raise BagError(error.path, error.place, f"{error.problem} ({REPAIR_HINT} {self.path})") from error
+        self.problems.append(error)
+
+    def _listed(self) -> _Listed:
+        """Return what metadata.yaml says; where it is missing or damaged, the files of the directory by number."""
+        present = sorted((file for file in self.path.iterdir() if file.name.endswith(_ENDINGS)), key=_by_number)
+        try:
+            listed = _read_metadata(self.path)
+        except BagError as error:
+            self._complain(error)
+            listed = _Listed([], "", {})
+        for file in listed.files:
+            if not file.exists():
+                self._complain(BagError(file, "", f"is missing, though {FILE_NAME} lists it"))
+        for file in present if listed.files else ():
+            if file not in listed.files:
+                self._complain(BagError(file, "", f"is not listed in {FILE_NAME}"))
+        if not present:
+            raise BagError(self.path, "", "holds no .mcap or .db3 file: it is no bag")
+        known = [file for file in listed.files if file.exists()]
+        return listed._replace(files=known + [file for file in present if file not in known])
+
+    def _open(self, file: Path, packing: str) -> Storage:
+        """Open one file by its name's ending; one packed as a whole is unpacked aside first."""
+        if file.suffix == ".zstd":
+            file = self._unpack(file)
+        if file.suffix == ".mcap":
+            return McapStorage(file, self._complain)
+        if file.suffix == ".db3":
+            return SqliteStorage(file, self._complain, packed=packing == "message")
+        raise BagError(file, "", "is neither .mcap nor .db3, nor a bag's directory")
+
+    def _unpack(self, file: Path) -> Path:
+        if self._scratch is None:
+            self._scratch = tempfile.TemporaryDirectory()
+        unpacked = Path(self._scratch.name) / file.stem
+        try:
+            with file.open("rb") as source, unpacked.open("wb") as sink, zstandard.open(source, "rb") as stream:
+                shutil.copyfileobj(stream, sink)
+        except (OSError, zstandard.ZstdError) as error:
+            raise BagError(file, "", f"cannot be unpacked: {error}") from error
+        return unpacked
+
+
+def _read_metadata(directory: Path) -> _Listed:
+    """Read metadata.yaml of any version; BagError if it is missing or is none."""
+    path = directory / FILE_NAME
+    try:
+        content: Any = yaml.safe_load(path.read_text(encoding="utf-8"))["rosbag2_bagfile_information"]
+        files = [directory / Path(str(name)).name for name in content["relative_file_paths"]]
+        custom = {str(key): str(value) for key, value in (content.get("custom_data") or {}).items()}
+        return _Listed(files, str(content.get("compression_mode") or "").lower(), custom)
+    except FileNotFoundError as error:
+        raise BagError(path, "", "is missing") from error
+    except OSError as error:
+        raise BagError(path, "", f"cannot be read: {error.strerror}") from error
+    except yaml.YAMLError as error:
+        mark = getattr(error, "problem_mark", None)
+        raise BagError(path, f"line {mark.line + 1}" if mark else "", "is not YAML") from error
+    except (KeyError, TypeError, AttributeError, UnicodeDecodeError) as error:
+        raise BagError(path, "", f"is no rosbag2 metadata: {error!r}") from error
+
+
+def _by_number(file: Path) -> tuple[str, int]:
+    """Sort bag_2 before bag_10."""
+    found = re.match(r"(.*?)(\d*)\.", file.name)
+    return (found[1], int(found[2] or 0)) if found else (file.name, 0)
