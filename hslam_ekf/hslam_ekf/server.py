@@ -40,19 +40,20 @@ class EkfServer:
         self._bias = 0.0
         self._bias_variance = self._config.turn_bias_per_metre**2
         self._partial = False
+        self._last: OdometrySample | None = None
         self.traversal: Traversal | None = None
         """The traversal under way, for display."""
 
     def step(self, odom: OdometrySample, view: LandmarkView | None, events: tuple[GvgEvent, ...]) -> EkfOutput:
         """Take one cycle: predict, correct by the look, then act on the events emitted at this stamp.
 
-        A look at a departure's stamp goes to the traversal that ends there, and to no other: none is used twice.
-        Raises EkfError if an event lacks what its kind must have.
+        A look between two cycles is taken where the odometry puts the robot then; one older than the last cycle
+        is left out.  A look at a departure's stamp goes to the traversal that ends there, and to no other: no
+        measurement is used twice.  Raises EkfError if an event lacks what its kind must have.
         """
         if self.traversal is not None:
-            self.traversal.advance(odom.base_in_odom)
-            if view is not None:
-                self.traversal.look(view)
+            self._track(self.traversal, odom, view)
+        self._last = odom
         edge_maps: list[EdgeMap] = []
         links: list[FrameLink] = []
         for event in events:
@@ -68,6 +69,16 @@ class EkfServer:
             else:
                 self.traversal = None
         return self._output(tuple(edge_maps), tuple(links))
+
+    def _track(self, traversal: Traversal, odom: OdometrySample, view: LandmarkView | None) -> None:
+        """Bring a traversal to the cycle's odometry, correcting it by the look on the way."""
+        if view is not None and self._last is not None and view.stamp_ns > self._last.stamp_ns:
+            if view.stamp_ns < odom.stamp_ns:
+                traversal.advance(_between(self._last, odom, view.stamp_ns))
+            else:
+                traversal.advance(odom.base_in_odom)
+            traversal.look(view)
+        traversal.advance(odom.base_in_odom)
 
     def _begin(self, event: GvgEvent, base_in_odom: SE2, base_in_frame: SE2) -> None:
         """Start a traversal; only the rotation bias, a property of the base, is carried over."""
@@ -92,6 +103,13 @@ class EkfServer:
             return EkfOutput(edge_maps, links)
         pose, covariance = self.traversal.filter.pose()
         return EkfOutput(edge_maps, links, self.traversal.sequence, self.traversal.arrived, pose, covariance)
+
+
+def _between(before: OdometrySample, after: OdometrySample, stamp_ns: int) -> SE2:
+    """Return the odometry pose at a stamp between two samples."""
+    share = (stamp_ns - before.stamp_ns) / (after.stamp_ns - before.stamp_ns)
+    step = before.base_in_odom.to(after.base_in_odom)
+    return before.base_in_odom @ SE2(share * step.x, share * step.y, share * step.theta)
 
 
 def _departure_in_base(event: GvgEvent, base_in_odom: SE2) -> SE2:

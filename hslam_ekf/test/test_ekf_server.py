@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -130,6 +131,39 @@ def test_an_empty_look_is_no_error() -> None:
     assert edge_map.size == 0
     assert edge_map.covariance[0, 0] > 0.0
     assert np.linalg.eigvalsh(link.covariance).min() > 0.0
+
+
+def test_a_look_between_two_cycles_is_taken_on_the_way() -> None:
+    noiseless = DriveErrors(0.0, 0.0, 0.0, 0.0, 1e-6, 1e-6, missed=0.0, clutter=0.0, homing_m=0.0)
+    steps, landmarks = one_drive(errors=noiseless)
+    precise = [
+        replace(
+            step,
+            view=replace(
+                step.view, sightings=tuple(s._replace(range_std_m=0.05, bearing_std=0.02) for s in step.view.sightings)
+            ),
+        )
+        if step.view
+        else step
+        for step in steps
+    ]
+    # Leave out the cycles with looks, and let the looks arrive with the next cycle under their own stamps.
+    thinned = [
+        replace(after, view=before.view) for before, after in pairwise(precise) if after.view is None or after.events
+    ]
+    (edge_map,), _ = products(run([precise[0], *thinned]))
+    assert edge_map.terminal_x == pytest.approx(LENGTH, abs=0.02)
+    gaps = np.linalg.norm(edge_map.landmarks[:, None] - EDGE.inverse().apply_all(landmarks)[None], axis=2)
+    assert gaps.min(axis=1).max() < 0.02
+
+
+def test_a_look_older_than_the_last_cycle_is_left_out() -> None:
+    steps, _ = one_drive()
+    server, other = EkfServer(), EkfServer()
+    run(steps[:20], server)
+    run(steps[:20], other)
+    late = server.step(steps[20].odom, replace(steps[16].view, stamp_ns=steps[16].odom.stamp_ns), ())  # type: ignore[type-var]
+    assert late.base_in_edge == other.step(steps[20].odom, None, ()).base_in_edge
 
 
 @pytest.mark.parametrize("change", [{"node": None}, {"branch": 7}, {"branch": -1}])

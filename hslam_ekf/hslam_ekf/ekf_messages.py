@@ -1,0 +1,66 @@
+"""What `ekf_node` shows beyond its maps: the pose in the edge, TF edge -> odom, the live map as markers."""
+
+import math
+from itertools import pairwise
+
+import numpy as np
+from geometry_msgs.msg import Point, PoseWithCovarianceStamped, TransformStamped
+from std_msgs.msg import ColorRGBA, Header
+from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import Marker, MarkerArray
+
+from hslam_ekf.landmark_filter import LandmarkFilter
+from hslam_ekf.motion_model import ROBOT
+from hslam_ros.conversions import edge_frame, header, yaw_to_quaternion
+from hslam_types.se2 import SE2, Array
+
+_PLANAR = (0, 1, 5)
+"""Rows of x, y and yaw in a pose's 6 x 6 covariance (REP-103)."""
+_CIRCLE = np.column_stack((np.cos(np.linspace(0.0, math.tau, 13)), np.sin(np.linspace(0.0, math.tau, 13))))
+_PINK = ColorRGBA(r=1.0, g=0.4, b=0.7, a=1.0)
+_GREY = ColorRGBA(r=0.6, g=0.6, b=0.6, a=1.0)
+
+
+def pose_to_msg(stamp_ns: int, traversal: int, base_in_edge: SE2, covariance: Array) -> PoseWithCovarianceStamped:
+    """Return the pose of base_link in a traversal's frame with its covariance (3 x 3 over x, y, theta)."""
+    msg = PoseWithCovarianceStamped(header=header(stamp_ns, edge_frame(traversal)))
+    msg.pose.pose.position.x = base_in_edge.x
+    msg.pose.pose.position.y = base_in_edge.y
+    msg.pose.pose.orientation = yaw_to_quaternion(base_in_edge.theta)
+    full = np.zeros((6, 6))
+    full[np.ix_(_PLANAR, _PLANAR)] = covariance
+    msg.pose.covariance = full.ravel()
+    return msg
+
+
+def transform_to_msg(stamp_ns: int, traversal: int, base_in_edge: SE2, base_in_odom: SE2) -> TFMessage:
+    """Return the transform edge -> odom that puts base_link where the filter has it."""
+    odom_in_edge = base_in_edge @ base_in_odom.inverse()
+    msg = TransformStamped(header=header(stamp_ns, edge_frame(traversal)), child_frame_id="odom")
+    msg.transform.translation.x = odom_in_edge.x
+    msg.transform.translation.y = odom_in_edge.y
+    msg.transform.rotation = yaw_to_quaternion(odom_in_edge.theta)
+    return TFMessage(transforms=[msg])
+
+
+def map_to_msg(stamp_ns: int, traversal: int, ekf: LandmarkFilter, ellipse_scale: float) -> MarkerArray:
+    """Return the live map as markers: landmarks, and their one-sigma ellipses enlarged by ``ellipse_scale``."""
+    about = header(stamp_ns, edge_frame(traversal))
+    landmarks = _marker(about, "landmarks", Marker.SPHERE_LIST, 0.15, _PINK)
+    landmarks.points = [Point(x=x, y=y) for x, y in ekf.landmarks.tolist()]
+    ellipses = _marker(about, "ellipses", Marker.LINE_LIST, 0.02, _GREY)
+    for i, centre in enumerate(ekf.landmarks):
+        rows = slice(ROBOT + 2 * i, ROBOT + 2 * i + 2)
+        # A floor on the diagonal keeps the root of a barely positive block real.
+        root = np.linalg.cholesky(ekf.covariance[rows, rows] + 1e-12 * np.eye(2))
+        ring = [Point(x=x, y=y) for x, y in (centre + ellipse_scale * _CIRCLE @ root.T).tolist()]
+        ellipses.points += [point for pair in pairwise(ring) for point in pair]
+    return MarkerArray(markers=[landmarks, ellipses])
+
+
+def _marker(about: Header, namespace: str, kind: int, size_m: float, colour: ColorRGBA) -> Marker:
+    """Return an empty marker list in a frame."""
+    marker = Marker(header=about, ns=namespace, type=kind, action=Marker.ADD, color=colour)
+    marker.scale.x = marker.scale.y = marker.scale.z = size_m
+    marker.pose.orientation.w = 1.0
+    return marker

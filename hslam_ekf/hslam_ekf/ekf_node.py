@@ -1,0 +1,142 @@
+"""The EKF level as a node: hears odometry, landmarks and GVG events, says edge-maps, links and the pose in the edge."""
+
+from dataclasses import dataclass
+
+from geometry_msgs.msg import PoseWithCovarianceStamped
+from hslam_msgs.msg import EdgeMap, FrameLink, GvgEvent, LandmarkObservations, NodeStatus
+from nav_msgs.msg import Odometry
+from rclpy.node import Node
+from std_srvs.srv import Trigger
+from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import MarkerArray
+
+from hslam_ekf import ekf_messages
+from hslam_ekf.config import EkfConfig
+from hslam_ekf.server import EkfOutput, EkfServer
+from hslam_ros import conversions
+from hslam_ros.parameters import declare
+from hslam_ros.qos import CYCLE, EVENTS, LATCHED, sensor_subscription
+from hslam_ros.spin import run
+from hslam_ros.stamps import NS_PER_S, stamp_from_msg
+from hslam_ros.step_order import Cycle, StepOrder
+from hslam_types.config import Configuration, parameter
+from hslam_types.sensing import OdometrySample
+
+
+@dataclass(frozen=True)
+class EkfNodeConfig(Configuration):
+    """How the node is joined to the others, and what it shows."""
+
+    lockstep: bool = parameter(True, "wait for every input of a cycle however long it takes")
+    hold_back_s: float = parameter(
+        0.3, "running free: how long a cycle waits for late landmarks and events", low=0.0, high=5.0, unit="s"
+    )
+    landmark_source: str = parameter(
+        "sim", "lock-step: node whose status counts the looks sent; empty: take them as they come"
+    )
+    event_source: str = parameter("gvg", "node whose events are heard and whose status counts them")
+    map_every_s: float = parameter(1.0, "time between two pictures of the live map", low=0.0, high=60.0, unit="s")
+    ellipse_scale: float = parameter(10.0, "enlargement of the ellipses in the picture", low=1.0, high=1000.0)
+
+
+class EkfNode(Node):
+    """Puts inputs in order of stamp, hands each cycle to the server, publishes what comes of it."""
+
+    def __init__(self) -> None:
+        """Declare parameters, topics and the reset service; raises ConfigurationError on a bad parameter."""
+        super().__init__("ekf")
+        self._config = declare(self, EkfNodeConfig)
+        self._ekf_config = declare(self, EkfConfig)
+        self._server = EkfServer(self._ekf_config)
+        hold_ns = None if self._config.lockstep else round(self._config.hold_back_s * NS_PER_S)
+        self._order = StepOrder(promised=["landmarks", "events"], hold_ns=hold_ns)
+        self._outputs = 0
+        self._next_map_ns = 0
+        self._create_publishers()
+        sensors, source = sensor_subscription(self._config.lockstep), self._config.event_source
+        self.create_subscription(Odometry, "odom", self._on_odometry, sensors)
+        self.create_subscription(LandmarkObservations, "landmarks", self._on_landmarks, sensors)
+        self.create_subscription(GvgEvent, f"{source}/events", self._on_event, EVENTS)
+        self.create_subscription(NodeStatus, f"{source}/status", self._on_event_status, CYCLE)
+        if self._config.landmark_source:
+            topic = f"{self._config.landmark_source}/status"
+            self.create_subscription(NodeStatus, topic, self._on_landmark_status, CYCLE)
+        self.create_service(Trigger, "~/reset", self._on_reset)
+
+    def _create_publishers(self) -> None:
+        self._edge_maps = self.create_publisher(EdgeMap, "~/edge_maps", EVENTS)
+        self._links = self.create_publisher(FrameLink, "~/frame_links", EVENTS)
+        self._status = self.create_publisher(NodeStatus, "~/status", CYCLE)
+        self._pose = self.create_publisher(PoseWithCovarianceStamped, "~/pose", CYCLE)
+        self._map = self.create_publisher(MarkerArray, "~/map", LATCHED)
+        self._tf = self.create_publisher(TFMessage, "/tf", 100)
+
+    def _on_odometry(self, msg: Odometry) -> None:
+        sample = conversions.odometry_from_msg(msg)
+        self._order.tick(sample.stamp_ns, sample)
+        if not self._config.landmark_source:
+            self._order.promise("landmarks", sample.stamp_ns, 0)
+        self._work()
+
+    def _on_landmarks(self, msg: LandmarkObservations) -> None:
+        view = conversions.landmarks_from_msg(msg)
+        self._order.put("landmarks", view.stamp_ns, view)
+        self._work()
+
+    def _on_event(self, msg: GvgEvent) -> None:
+        event = conversions.event_from_msg(msg)
+        self._order.put("events", event.stamp_ns, event)
+        self._work()
+
+    def _on_event_status(self, msg: NodeStatus) -> None:
+        self._order.promise("events", stamp_from_msg(msg.header.stamp), msg.outputs)
+        self._work()
+
+    def _on_landmark_status(self, msg: NodeStatus) -> None:
+        self._order.promise("landmarks", stamp_from_msg(msg.header.stamp), msg.outputs)
+        self._work()
+
+    def _work(self) -> None:
+        for cycle in self._order.ready():
+            self._step(cycle)
+
+    def _step(self, cycle: Cycle) -> None:
+        odom: OdometrySample = cycle.clock
+        *late, view = cycle.inputs["landmarks"] or (None,)
+        if late:
+            self.get_logger().warning(f"{len(late)} late looks dropped", throttle_duration_sec=5.0)
+        out = self._server.step(odom, view, cycle.inputs["events"])
+        self._publish_maps(cycle.stamp_ns, out)
+        self._publish_pose(odom, out)
+        traversal = self._server.traversal
+        if traversal is not None and cycle.stamp_ns >= self._next_map_ns:
+            self._next_map_ns = cycle.stamp_ns + round(self._config.map_every_s * NS_PER_S)
+            scale = self._config.ellipse_scale
+            self._map.publish(ekf_messages.map_to_msg(cycle.stamp_ns, traversal.sequence, traversal.filter, scale))
+
+    def _publish_maps(self, stamp_ns: int, out: EkfOutput) -> None:
+        for edge_map in out.edge_maps:
+            self._edge_maps.publish(conversions.edge_map_to_msg(edge_map, stamp_ns))
+        for link in out.links:
+            self._links.publish(conversions.link_to_msg(link, stamp_ns))
+        self._outputs += len(out.edge_maps) + len(out.links)
+        state = "waiting" if out.base_in_edge is None else "arrived" if out.arrived else "mapping"
+        about = conversions.header(stamp_ns, "")
+        self._status.publish(NodeStatus(header=about, node=self.get_name(), outputs=self._outputs, state=state))
+
+    def _publish_pose(self, odom: OdometrySample, out: EkfOutput) -> None:
+        if out.base_in_edge is None or out.covariance is None:
+            return
+        at, where = odom.stamp_ns, out.base_in_edge
+        self._pose.publish(ekf_messages.pose_to_msg(at, out.traversal, where, out.covariance))
+        self._tf.publish(ekf_messages.transform_to_msg(at, out.traversal, where, odom.base_in_odom))
+
+    def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self._server = EkfServer(self._ekf_config)
+        response.success, response.message = True, "traversal and rotation bias forgotten"
+        return response
+
+
+def main() -> None:
+    """Run the node until a signal."""
+    run(EkfNode)
