@@ -10,6 +10,7 @@ import yaml
 
 from hslam_sim import floor_plan, raster_floor, raster_map, wall_landmarks
 from hslam_sim.world import World, WorldError
+from hslam_types.errors import ConfigurationError
 
 PACKAGE = "hslam_sim"
 
@@ -23,12 +24,12 @@ def load_world(name_or_path: str, *, landmark_seed: int = 0) -> World:
     content = _read(path)
     try:
         world = _build(path, content, landmark_seed)
-    except WorldError as error:
+    except (WorldError, ConfigurationError) as error:
         raise WorldError(f"{path}: {error}") from None
     except KeyError as error:
         raise WorldError(f"{path}: the key {error} is missing") from None
     except (TypeError, ValueError, AttributeError) as error:
-        raise WorldError(f"{path}: a value has the wrong type ({error})") from None
+        raise WorldError(f"{path}: a value is wrong ({error})") from None
     return world
 
 

@@ -122,7 +122,7 @@ def test_a_given_start_chooses_the_room(tmp_path: Path) -> None:
         (("[0, 0, 0]", "[0]"), "origin must be"),
         (("negate: 0", "mode: ternary"), "mode must be"),
         (("0.196", "5"), "free_thresh must"),
-        (("0.05", "fine"), "wrong type"),
+        (("0.05", "fine"), "a value is wrong"),
     ],
 )
 def test_a_broken_map_is_named_in_one_line(tmp_path: Path, change: tuple[str, str], says: str) -> None:
