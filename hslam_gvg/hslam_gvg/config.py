@@ -39,6 +39,9 @@ class GvgConfig(Configuration):
     speckle_m: float = parameter(
         0.4, "an unconfirmed echo counts only with another one this near", low=0.05, high=2.0, unit="m"
     )
+    body_m: float = parameter(
+        0.19, "radius of the body: what lies nearer to its centre was never there", low=0.05, high=1.0, unit="m"
+    )
     # The meaning of the map.
     passable_gap_m: float = parameter(
         0.85, "obstacles closer together than this are one obstacle", low=0.4, high=3.0, unit="m"
@@ -69,7 +72,7 @@ class GvgConfig(Configuration):
         1.2, "a node just handled hides others within this distance", low=0.1, high=5.0, unit="m"
     )
     suppress_travel_m: float = parameter(5.0, "for so much travel", low=0.5, high=50.0, unit="m")
-    probe_m: float = parameter(0.45, "length of a probing step along an edge", low=0.0, high=2.0, unit="m")
+    probe_m: float = parameter(0.6, "length of a probing step along an edge", low=0.0, high=2.0, unit="m")
     dead_end_m: float = parameter(
         1.0, "shortest dead end that is an edge (true_gvg rule 5)", low=0.1, high=5.0, unit="m"
     )

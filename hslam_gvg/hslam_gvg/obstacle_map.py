@@ -24,6 +24,8 @@ SAME_PLACE_M = 0.05
 SAME_AXIS = math.radians(4.0)
 EXPLAINED_M = 0.2
 """An unresolved echo this near a resolved point is that obstacle's."""
+SUPPORT = 2
+"""An obstacle has been heard more often than once or twice: other echoes lie beside it."""
 UNRESOLVED_M = 1.0
 """Echoes that no second arc has placed are believed from this near only: most of them hang in mid-air."""
 STALE_TRAVEL_M = 2.5
@@ -59,6 +61,7 @@ class ObstacleMap:
             turned = abs(wrap(base_in_odom.theta - last.theta))
             self.travel_m += math.hypot(base_in_odom.x - last.x, base_in_odom.y - last.y)
             self.travel_m += self._config.metres_per_radian * turned
+        self._clear(base_in_odom.x, base_in_odom.y)
         self._forget()
 
     def hear(self, sweep: SonarSweep, poses: tuple[SE2, ...]) -> None:
@@ -79,8 +82,9 @@ class ObstacleMap:
         if self._cache is None:
             n = self._count
             kind = self._kind[:n]
-            confirmed = (kind == UNRESOLVED) & (self._support[:n] > 0) & (self._range[:n] < UNRESOLVED_M)
-            believed = (kind == RESOLVED) | (kind == FILL) | confirmed
+            confirmed = (kind == UNRESOLVED) & (self._support[:n] >= SUPPORT) & (self._range[:n] < UNRESOLVED_M)
+            resolved = (kind == RESOLVED) & (self._support[:n] >= SUPPORT)
+            believed = resolved | (kind == FILL) | confirmed
             self._cache = np.column_stack((self._px[:n][believed], self._py[:n][believed]))
         return self._cache
 
@@ -104,7 +108,7 @@ class ObstacleMap:
             found = relate(arc, old, half_cone, config.crossing_angle, config.wall_step_m)
             touches = found.touches & (found.wall_length < LONGEST_TANGENT_M)
             crossings, walls = int(found.crosses.sum()), int(touches.sum())
-            if crossings > max(walls, 1):
+            if crossings > walls:
                 azimuth, kind = median_azimuth(found.crossing[found.crosses], arc.axis), RESOLVED
                 self._resolve(rows[found.crosses], found.crossing_on_old[found.crosses])
             elif walls > 1:
@@ -196,6 +200,14 @@ class ObstacleMap:
                 self._columns[:, n] = (px, py, 0.0, 0.0, px, py, self.travel_m, 1.0)
                 self._kind[n] = FILL
                 self._count = n + 1
+
+    def _clear(self, x: float, y: float) -> None:
+        """Withdraw what the body stands in: nothing was there."""
+        n = self._count
+        under = (np.hypot(self._px[:n] - x, self._py[:n] - y) < self._config.body_m) & (self._kind[:n] != WITHDRAWN)
+        if under.any():
+            self._kind[:n][under] = WITHDRAWN
+            self._cache = None
 
     def _forget(self) -> None:
         n = self._count
