@@ -119,6 +119,9 @@ class SimNode(Node):
         self._sonar = self.create_publisher(SonarRing, "sonar", CYCLE)
         self._landmarks = self.create_publisher(LandmarkObservations, "landmarks", CYCLE)
         self._truth = self.create_publisher(Odometry, "ground_truth", CYCLE)
+        # Looks come every few cycles: the count tells listeners whether this cycle's is still on its way.
+        self._status = self.create_publisher(NodeStatus, "~/status", CYCLE)
+        self._looks = 0
         self._tf = self.create_publisher(TFMessage, "/tf", 100)
         self._bumper = self.create_publisher(Bool, "bumper", LATCHED)
         self._battery = self.create_publisher(BatteryState, "battery", LATCHED)
@@ -157,9 +160,12 @@ class SimNode(Node):
         """Publish a step: first what others wait for (odometry opens their cycle), then the rest while they work."""
         before = self._last
         if step.landmarks is not None:
+            self._looks += 1
             self._landmarks.publish(conversions.landmarks_to_msg(step.landmarks))
         self._sonar.publish(conversions.sonar_to_msg(step.sonar))
         self._odom.publish(conversions.odometry_to_msg(step.odom))
+        about = conversions.header(step.stamp_ns, "")
+        self._status.publish(NodeStatus(header=about, node=self.get_name(), outputs=self._looks))
         self._clock_topic.publish(ClockMsg(clock=stamp_to_msg(step.stamp_ns)))
         self._truth.publish(sim_messages.truth_to_msg(step))
         self._tf.publish(sim_messages.transform_to_msg(step.odom))
