@@ -10,7 +10,9 @@ from hslam_types.config import Configuration, parameter
 class AtlasConfig(Configuration):
     """Parameters of the atlas; standard deviations unless said otherwise, evidence in nats (natural logarithms)."""
 
-    mission: str = parameter("explore", "'explore' drives until no edge is unexplored, 'none' only maps what is driven.")
+    mission: str = parameter(
+        "explore", "'explore' drives until no edge is unexplored, 'none' only maps what is driven."
+    )
     origin_repeat_m: float = parameter(
         0.06, "Repeatability of a meet point between visits.", low=0.001, high=1.0, unit="m"
     )
@@ -18,7 +20,11 @@ class AtlasConfig(Configuration):
         math.radians(5.0), "Repeatability of a branch's bearing between visits.", low=0.001, high=1.0, unit="rad"
     )
     heading_floor: float = parameter(
-        math.radians(0.5), "Heading error of an edge frame beyond what the filter admits.", low=0.0, high=1.0, unit="rad"
+        math.radians(0.5),
+        "Heading error of an edge frame beyond what the filter admits.",
+        low=0.0,
+        high=1.0,
+        unit="rad",
     )
     chain_inflation: float = parameter(
         1.5, "Factor on the standard deviation of chained poses: filters are optimistic.", low=1.0, high=10.0
@@ -29,7 +35,9 @@ class AtlasConfig(Configuration):
     pair_noise_m: float = parameter(
         0.03, "Error of a landmark between two maps beyond their covariances.", low=0.001, high=1.0, unit="m"
     )
-    pair_gate: float = parameter(9.2, "Chi of an accepted pair of landmarks (2 degrees of freedom).", low=1.0, high=50.0)
+    pair_gate: float = parameter(
+        9.2, "Chi of an accepted pair of landmarks (2 degrees of freedom).", low=1.0, high=50.0
+    )
     near_m: float = parameter(
         5.0, "Landmarks within this of a node are its constellation.", low=1.0, high=50.0, unit="m"
     )
@@ -53,14 +61,14 @@ class AtlasConfig(Configuration):
     )
     expected_bonus: float = parameter(4.0, "Evidence for arriving where a known edge leads.", low=0.0, high=20.0)
     close_evidence: float = parameter(9.0, "Evidence at which a loop may close.", low=0.0, high=100.0)
-    close_margin: float = parameter(5.0, "Lead over the next hypothesis at which a loop may close.", low=0.0, high=100.0)
+    close_margin: float = parameter(
+        5.0, "Lead over the next hypothesis at which a loop may close.", low=0.0, high=100.0
+    )
     keep_evidence: float = parameter(-3.0, "Evidence below which a hypothesis is dropped.", low=-100.0, high=0.0)
     branch_gate: float = parameter(
         math.radians(40.0), "Two bearings farther apart are different branches.", low=0.05, high=1.6, unit="rad"
     )
-    length_tolerance: float = parameter(
-        0.06, "Relative difference of two drives along one edge.", low=0.001, high=0.5
-    )
+    length_tolerance: float = parameter(0.06, "Relative difference of two drives along one edge.", low=0.001, high=0.5)
     length_tolerance_m: float = parameter(
         1.2, "Absolute difference of two drives along one edge.", low=0.01, high=10.0, unit="m"
     )

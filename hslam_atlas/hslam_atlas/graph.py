@@ -1,4 +1,4 @@
-"""The graph of the atlas: nodes with cyclically ordered branches, edges that tie two branches, links that tie two nodes.
+"""The graph of the atlas: nodes with cyclically ordered branches, edges that tie branches, links that tie nodes.
 
 A node has its own frame: origin at the meet point, axes fixed by its first visit.  Every edge end knows the pose,
 with covariance, of its edge frame in its node's frame, so that chaining edges gives any node in any other node's
@@ -118,6 +118,17 @@ class AtlasGraph:
         self._links_of: dict[int, set[int]] = {}
         self._next_node = self._next_edge = self._next_link = 0
 
+    def next_ids(self) -> list[int]:
+        """Return the ids the next node, edge and link will get."""
+        return [self._next_node, self._next_edge, self._next_link]
+
+    def resume(self, next_ids: list[int]) -> None:
+        """Go on numbering after a graph has been read back; nothing counts as changed."""
+        self._next_node, self._next_edge, self._next_link = next_ids
+        self.changed_nodes.clear()
+        self.changed_edges.clear()
+        self.changed_links.clear()
+
     def add_node(self, kind: NodeKind, clearance_m: float, bearings: list[float]) -> Node:
         """Add a node with branches at ``bearings`` in its own frame (rad), keyed in that order."""
         node = Node(self._next_node, kind, clearance_m)
@@ -165,7 +176,7 @@ class AtlasGraph:
         """Remember where two nodes lie relative to each other without an edge between them."""
         link = Link(self._next_link, from_node, to_node, to_in_from, path_length_m)
         self._next_link += 1
-        self._put_link(link)
+        self.put_link(link)
 
     def neighbours(self, node_id: int) -> Iterator[tuple[int, UncertainPose, float]]:
         """Yield (node, its pose in this node's frame, path length) over edges, then links, in order of id."""
@@ -215,9 +226,10 @@ class AtlasGraph:
         if link.to_node == gone:
             link = replace(link, to_node=kept, to_in_from=link.to_in_from @ gone_in_kept.inverse())
         if link.from_node != link.to_node:
-            self._put_link(link)
+            self.put_link(link)
 
-    def _put_link(self, link: Link) -> None:
+    def put_link(self, link: Link) -> None:
+        """Insert or replace a link."""
         self.links[link.id] = link
         self.changed_links.add(link.id)
         self._links_of.setdefault(link.from_node, set()).add(link.id)

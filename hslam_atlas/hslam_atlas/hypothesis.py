@@ -7,10 +7,10 @@ import numpy as np
 
 from hslam_atlas.branches import match_bearings
 from hslam_atlas.config import AtlasConfig
+from hslam_atlas.edge_maps import EdgeMaps
 from hslam_atlas.graph import AtlasGraph, Node
 from hslam_atlas.look_alikes import LookAlikes
 from hslam_atlas.map_match import MapMatch, match_constellations
-from hslam_atlas.map_store import EdgeMaps
 from hslam_atlas.uncertain_pose import UncertainPose
 from hslam_types.edge_map import EdgeMap
 from hslam_types.gvg_events import NodeKind

@@ -9,11 +9,14 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from hslam_atlas.alignment import Alignment, PointMap, align
 from hslam_atlas.config import AtlasConfig
 from hslam_types.edge_map import EdgeMap
 from hslam_types.se2 import SE2, Array
+
+Indices = npt.NDArray[np.intp]
 
 _SIDE_ARMS_M = 6.0
 """Wall seen beyond an edge's two ends, counted when its density of landmarks is judged."""
@@ -64,12 +67,12 @@ def whole(edge_map: EdgeMap) -> PointMap:
     return PointMap(np.concatenate((terminal, edge_map.landmarks)), edge_map.covariance, tied=True)
 
 
-def near(edge_map: EdgeMap, radius_m: float) -> Array:
+def near(edge_map: EdgeMap, radius_m: float) -> Indices:
     """Return the indices of the landmarks within ``radius_m`` of the origin."""
     return np.flatnonzero(np.hypot(*edge_map.landmarks.T) < radius_m)
 
 
-def part(edge_map: EdgeMap, indices: Array) -> PointMap:
+def part(edge_map: EdgeMap, indices: Indices) -> PointMap:
     """Return some of an edge-map's landmarks, without the terminal."""
     rows = (2 + 2 * indices[:, None] + np.arange(2)).reshape(-1)
     return PointMap(edge_map.landmarks[indices], edge_map.covariance[np.ix_(rows, rows)], tied=False)
@@ -87,8 +90,8 @@ def _align(
 
 def _density(existing: EdgeMap, candidate: EdgeMap) -> float:
     """Return landmarks per metre of wall, two walls an edge, from the better furnished map."""
-    walls = (2.0 * (max(m.terminal_x, m.path_length_m) + _SIDE_ARMS_M) for m in (existing, candidate))
-    return min(max(max(m.size / wall for m, wall in zip((existing, candidate), walls, strict=True)), 0.2), 3.0)
+    densest = max(m.size / (2.0 * (max(m.terminal_x, m.path_length_m) + _SIDE_ARMS_M)) for m in (existing, candidate))
+    return min(max(densest, 0.2), 3.0)
 
 
 def _judge(

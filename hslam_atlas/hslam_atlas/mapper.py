@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 
 from hslam_atlas.chain import chained
+from hslam_atlas.errors import AtlasError
 from hslam_atlas.graph import EdgeEnd, Node
 from hslam_atlas.hypothesis import Hypothesis, Sight, align_branches, weigh
 from hslam_atlas.questions import Question, Questions
@@ -58,24 +59,21 @@ class Mapper:
 
     def depart(self, event: GvgEvent, frame_link: FrameLink | None) -> None:
         """Note where a traversal starts: by the link from the last edge-map if there is one, else by the view."""
-        assert event.node is not None
-        if self.here is None:
-            self._arrive_unknown(event)
-        here = self.here
-        assert here is not None
+        view = _view(event)
+        here = self.here or self._arrive_unknown(event)
         node = self.state.graph.nodes[here.node]
-        bearing = event.node.bearings_in_odom[event.branch]
+        bearing = view.bearings_in_odom[event.branch]
         if frame_link is not None and here.edge_in_node is not None and frame_link.traversal == here.traversal:
             measured = UncertainPose(frame_link.departure_in_edge, frame_link.covariance)
             departure = here.edge_in_node @ measured
-            key = _branch_towards(node, departure.pose.theta, here.keys, event.branch, event.node)
+            key = _branch_towards(node, departure.pose.theta, here.keys, event.branch, view)
         else:
             key = here.keys[event.branch]
             heading = node.branches[key].bearing
             first = all(branch.edge is None for branch in node.branches.values())
             spread = 0.0 if first else self.state.config.bearing_repeat
             departure = UncertainPose.diagonal(SE2(0.0, 0.0, heading), 0.0, spread)
-        in_odom = SE2(event.node.x_in_odom, event.node.y_in_odom, bearing)
+        in_odom = SE2(view.x_in_odom, view.y_in_odom, bearing)
         odom_in_node = departure.pose @ in_odom.inverse()
         self.underway = Underway(node.id, key, event.sequence, departure, odom_in_node)
         self.here = None
@@ -86,17 +84,19 @@ class Mapper:
             branch = self.state.graph.nodes[self.underway.node].branches[self.underway.branch]
             branch.attempts += 1
             branch.given_up = branch.edge is None and branch.attempts >= self.state.config.attempts
+            self.state.graph.changed_nodes.add(self.underway.node)
             self._lost_from = self.underway
         self.underway = self.here = None
 
     def arrive(self, event: GvgEvent, edge_map: EdgeMap | None) -> None:
         """Identify the node arrived at and enter the drive."""
-        assert event.node is not None
         underway, self.underway = self.underway, None
         if underway is None or edge_map is None:
             self._arrive_unknown(event)
             return
-        turned = UncertainPose.diagonal(SE2(0.0, 0.0, -edge_map.departure_heading), 0.0, self.state.config.heading_floor)
+        turned = UncertainPose.diagonal(
+            SE2(0.0, 0.0, -edge_map.departure_heading), 0.0, self.state.config.heading_floor
+        )
         start = EdgeEnd(underway.node, underway.branch, underway.departure_in_node @ turned)
         sight = _sight(event, edge_map)
         if self._followed_known_edge(start, edge_map, sight, event):
@@ -104,6 +104,15 @@ class Mapper:
         hypotheses = self._hypotheses(start, edge_map, sight)
         if not self._identified(start, edge_map, sight, hypotheses, event):
             self._enter_new_node(start, edge_map, sight, hypotheses, event)
+
+    def be_told(self, node: int) -> bool:
+        """Take someone's word that this node is another one that it was suspected to be; False if that contradicts."""
+        suspected = [q for q in self.questions.open if self.here is not None and q.node == self.here.node]
+        question = next((q for q in suspected if q.other == node), None)
+        if question is None or not self.questions.settle(self.state, question):
+            return self.here is not None and self.here.node == node
+        self._follow_merges()
+        return True
 
     def _followed_known_edge(self, start: EdgeEnd, edge_map: EdgeMap, sight: Sight, event: GvgEvent) -> bool:
         """Verify a drive along a known edge by the whole edge-map, and update that."""
@@ -125,7 +134,6 @@ class Mapper:
         """Weigh every node within the pose gate, best first."""
         state = self.state
         sight_in_start = start.frame_in_node @ far_end(edge_map)
-        expected = state.graph.nodes[start.node].branches[start.branch].edge
         found: list[Hypothesis] = []
         for node_id, node_in_start in chained(state.graph, start.node).items():
             sight_in_node = node_in_start.inverse() @ sight_in_start
@@ -133,7 +141,6 @@ class Mapper:
             hypothesis = weigh(state.graph, state.maps, node, sight, sight_in_node, state.look_alikes, state.config)
             if hypothesis is not None:
                 found.append(hypothesis)
-        del expected
         return sorted(found, key=lambda h: (-h.evidence, h.node))
 
     def _identified(
@@ -154,23 +161,21 @@ class Mapper:
             key = node.add_branch(sight.bearings[sight.come_along] + best.sight_in_node.pose.theta).key
         if key is None:
             return False
-        known_before = len(self.state.merged)
         outcome = tie(self.state, Drive(start, EdgeEnd(node.id, key, best.sight_in_node), edge_map))
         if outcome is Outcome.CONTRADICTED:
             return False
         if outcome is Outcome.CONNECTED:
             self.state.closures += 1
-        there, sight_in_there = self._after_merges(best.node, best.sight_in_node, known_before)
-        for merged in self.state.merged[known_before:]:
-            self.questions.follow(merged)
+        start_node = next((merged.kept for merged in self.state.merged if merged.gone == start.node), start.node)
+        there, sight_in_there = self._after_merges(best.node, best.sight_in_node)
         self._stand(there, sight, sight_in_there, edge_map, event)
-        self._review(start.node, there)
+        self._review(start_node, there)
         return True
 
     def _enter_new_node(
         self, start: EdgeEnd, edge_map: EdgeMap, sight: Sight, hypotheses: list[Hypothesis], event: GvgEvent
     ) -> None:
-        """Add the node with the sight's frame as its own, the drive as an edge if its branch is free, and the doubts."""
+        """Add the node with the sight's frame as its own; the drive as an edge if its branch is free; the doubts."""
         state = self.state
         node = state.graph.add_node(sight.kind, sight.clearance_m, list(sight.bearings))
         stop = EdgeEnd(node.id, max(sight.come_along, 0), UncertainPose.exact(SE2()))
@@ -194,12 +199,13 @@ class Mapper:
 
     def _review(self, *touched: int) -> None:
         """Weigh what the new drive says about open questions; follow the merges that come of it."""
-        before = len(self.state.merged)
         self.questions.review(self.state, set(touched))
-        if self.here is None:
-            return
-        for merged in self.state.merged[before:]:
-            if merged.gone == self.here.node:
+        self._follow_merges()
+
+    def _follow_merges(self) -> None:
+        """If the node the robot stands at has become part of another, say where it stands in that one."""
+        for merged in self.state.merged:
+            if self.here is not None and merged.gone == self.here.node:
                 frame = self.here.edge_in_node
                 self.here = Here(
                     merged.kept,
@@ -207,12 +213,15 @@ class Mapper:
                     self.here.traversal,
                     None if frame is None else merged.gone_in_kept @ frame,
                 )
+        self.state.merged.clear()
 
-    def _after_merges(self, node: int, pose: UncertainPose, since: int) -> tuple[int, UncertainPose]:
-        """Return what a node and a pose in it have become after the merges done since."""
-        for merged in self.state.merged[since:]:
+    def _after_merges(self, node: int, pose: UncertainPose) -> tuple[int, UncertainPose]:
+        """Return what a node and a pose in it have become; the questions follow too."""
+        for merged in self.state.merged:
+            self.questions.follow(merged)
             if merged.gone == node:
                 node, pose = merged.kept, merged.gone_in_kept @ pose
+        self.state.merged.clear()
         return node, pose
 
     def _stand(
@@ -248,13 +257,12 @@ class Mapper:
                 branch.given_up = True
         return tuple(keys)
 
-    def _arrive_unknown(self, event: GvgEvent) -> None:
+    def _arrive_unknown(self, event: GvgEvent) -> Here:
         """Stand at a node reached without an edge-map: new, for all that is known, at best linked by odometry."""
-        view = event.node
-        assert view is not None
+        view = _view(event)
         node = self.state.graph.add_node(view.kind, view.clearance_m, list(view.bearings_in_odom))
         node.visits.append((event.sequence, event.stamp_ns))
-        self.here = Here(node.id, tuple(range(view.degree)), -1, None)
+        self.here = here = Here(node.id, tuple(range(view.degree)), -1, None)
         lost, self._lost_from = self._lost_from, None
         if lost is not None and lost.node in self.state.graph.nodes:
             pose = lost.odom_in_node @ SE2(view.x_in_odom, view.y_in_odom, 0.0)
@@ -262,6 +270,7 @@ class Mapper:
             relation = UncertainPose.diagonal(pose, off, 0.1 + 0.05 * off)
             self.state.graph.add_link(lost.node, node.id, relation, math.hypot(pose.x, pose.y))
             self._doubt_unmapped(lost.node, node, view)
+        return here
 
     def _doubt_unmapped(self, lost_from: int, node: Node, view: NodeView) -> None:
         """Ask whether a node reached without a map is one of those about."""
@@ -272,21 +281,35 @@ class Mapper:
             if other == node.id:
                 continue
             sight_in_other = other_in_start.inverse() @ poses[node.id]
-            h = weigh(state.graph, state.maps, state.graph.nodes[other], sight, sight_in_other, state.look_alikes, state.config)
+            h = weigh(
+                state.graph,
+                state.maps,
+                state.graph.nodes[other],
+                sight,
+                sight_in_other,
+                state.look_alikes,
+                state.config,
+            )
             if h is not None and h.evidence > state.config.keep_evidence:
                 self.questions.add(Question(node.id, other, h.sight_in_node, h.evidence))
 
 
 def _sight(event: GvgEvent, edge_map: EdgeMap) -> Sight:
     """Express an arrival's node view in the frame at the terminal, x back to the origin."""
-    view = event.node
-    assert view is not None
-    along = event.branch if event.branch >= 0 else 0
+    view = _view(event)
+    along = max(event.branch, 0)
     reference = view.bearings_in_odom[along]
     bearings = tuple(
         wrap(edge_map.arrival_heading - math.pi + bearing - reference) for bearing in view.bearings_in_odom
     )
     return Sight(view.kind, view.clearance_m, bearings, event.branch, reverse(edge_map))
+
+
+def _view(event: GvgEvent) -> NodeView:
+    """Return the node a departure or arrival shows; raises AtlasError where there is none."""
+    if event.node is None:
+        raise AtlasError(f"event {event.sequence} ({event.kind.name}) shows no node")
+    return event.node
 
 
 def _branch_towards(node: Node, heading: float, keys: tuple[int, ...], index: int, view: NodeView) -> int:

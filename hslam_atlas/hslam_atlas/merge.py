@@ -38,7 +38,7 @@ class _Union:
 
 
 def merge(state: AtlasState, gone: int, kept: int, gone_in_kept: UncertainPose) -> bool:
-    """Join two nodes (the older id stays) and everything that follows; False, and nothing changed, if it contradicts."""
+    """Join two nodes (the older id stays) and all that follows; False, and nothing changed, if that contradicts."""
     if gone < kept:
         gone, kept, gone_in_kept = kept, gone, gone_in_kept.inverse()
     unions = _plan(state, gone, kept, gone_in_kept)
@@ -126,10 +126,11 @@ def _carry_out(state: AtlasState, union: _Union) -> None:
     gone = graph.nodes[union.gone]
     branches: dict[int, int] = {}
     for key, onto in union.branches.items():
-        if onto is None:
-            added = kept.add_branch(gone.branches[key].bearing + union.gone_in_kept.pose.theta)
-            added.seen = 0
-            onto = added.key
-        branches[key] = onto
+        if onto is not None:
+            branches[key] = onto
+            continue
+        added = kept.add_branch(gone.branches[key].bearing + union.gone_in_kept.pose.theta)
+        added.seen = 0
+        branches[key] = added.key
     graph.absorb(union.gone, union.kept, union.gone_in_kept, branches)
     state.merged.append(Merged(union.gone, union.kept, union.gone_in_kept, branches))

@@ -49,24 +49,24 @@ class Questions:
                 self.open[self.open.index(question)] = _weighed(state, question)
         self.open = [q for q in self.open if q.evidence > state.config.keep_evidence]
         while (answer := self._stands_alone(state)) is not None:
-            count = len(state.merged)
-            if merge(state, answer.node, answer.other, answer.node_in_other):
-                for merged in state.merged[count:]:
-                    self.follow(merged)
-            else:
+            if not self.settle(state, answer):
                 self.open[self.open.index(answer)] = replace(answer, evidence=answer.evidence - _IMPOSSIBLE)
         self.open = [q for q in self.open if q.evidence > state.config.keep_evidence]
+
+    def settle(self, state: AtlasState, answer: Question) -> bool:
+        """Make the two nodes one; False, and nothing changed, if that contradicts the maps."""
+        count = len(state.merged)
+        if not merge(state, answer.node, answer.other, answer.node_in_other):
+            return False
+        for merged in state.merged[count:]:
+            self.follow(merged)
+        return True
 
     def follow(self, merged: Merged) -> None:
         """Rewrite the questions after a merge; one about a single node is answered."""
         kept: dict[tuple[int, int], Question] = {}
-        for q in self.open:
-            if q.node == merged.gone:
-                q = replace(q, node=merged.kept, node_in_other=q.node_in_other @ merged.gone_in_kept.inverse())
-            if q.other == merged.gone:
-                q = replace(q, other=merged.kept, node_in_other=merged.gone_in_kept @ q.node_in_other)
-            if q.node < q.other:
-                q = replace(q, node=q.other, other=q.node, node_in_other=q.node_in_other.inverse())
+        for question in self.open:
+            q = _followed(question, merged)
             known = kept.get((q.node, q.other))
             if q.node != q.other and (known is None or known.evidence < q.evidence):
                 kept[q.node, q.other] = q
@@ -81,6 +81,18 @@ class Questions:
             if q.evidence - max(rivals, default=0.0) >= state.config.close_margin:
                 return q
         return None
+
+
+def _followed(question: Question, merged: Merged) -> Question:
+    """Return the question as it reads after a merge, the younger node asked about."""
+    node, other, pose = question.node, question.other, question.node_in_other
+    if node == merged.gone:
+        node, pose = merged.kept, pose @ merged.gone_in_kept.inverse()
+    if other == merged.gone:
+        other, pose = merged.kept, merged.gone_in_kept @ pose
+    if node < other:
+        node, other, pose = other, node, pose.inverse()
+    return replace(question, node=node, other=other, node_in_other=pose)
 
 
 def _weighed(state: AtlasState, question: Question) -> Question:

@@ -1,15 +1,15 @@
 """The atlas as one object: events, edge-maps and links in, the next goal out."""
 
 from dataclasses import dataclass
+from pathlib import Path
 
 from hslam_atlas.config import AtlasConfig
 from hslam_atlas.explore import next_branch, unexplored
-from hslam_atlas.graph import AtlasGraph
 from hslam_atlas.look_alikes import LookAlikes
-from hslam_atlas.map_store import MapsInMemory
 from hslam_atlas.mapper import Mapper
 from hslam_atlas.questions import Questions
 from hslam_atlas.state import AtlasState
+from hslam_atlas.store import AtlasStore
 from hslam_types.edge_map import EdgeMap, FrameLink
 from hslam_types.gvg_events import EventKind, GoalKind, GvgEvent, GvgGoal
 
@@ -21,29 +21,36 @@ class AtlasOutput:
     goal: GvgGoal | None = None
     """What the GVG level shall do next, if anything new."""
     finished: bool = False
-    """Whether no edge is left unexplored."""
+    """Whether the mission is to explore and no edge is left unexplored."""
     changed: bool = False
     """Whether graph or maps are not what they were."""
-    closures: int = 0
-    """Loops closed so far."""
-    hypotheses: int = 0
-    """Open questions of identity."""
-    unexplored: int = 0
-    """Branches left."""
 
 
 class AtlasServer:
     """Builds the atlas from events and, on the mission "explore", decides what to drive."""
 
-    def __init__(self, config: AtlasConfig | None = None) -> None:
-        """Start with an empty atlas."""
+    def __init__(self, config: AtlasConfig | None = None, store: AtlasStore | None = None) -> None:
+        """Take up the atlas in the store, or an empty one in memory; where the robot is has to show."""
         config = config or AtlasConfig()
-        self.state = AtlasState(config, AtlasGraph(), MapsInMemory(), LookAlikes(config.repetition))
+        self.store = store or AtlasStore()
+        graph, doubts = self.store.load()
+        self.state = AtlasState(config, graph, self.store, LookAlikes(config.repetition))
         self.questions = Questions()
+        self.questions.open = doubts
         self.mapper = Mapper(self.state, self.questions)
-        self._started = False
+        self.exploring = config.mission == "explore"
         self._finished = False
-        self._unexplored = 0
+        self._waiting = True
+        """Whether the GVG level has nothing to do: at the start and after each arrival."""
+
+    def explore(self) -> None:
+        """Take up the mission to explore, from the next step on."""
+        self.exploring = True
+        self._waiting = self.mapper.underway is None
+
+    def stop(self) -> None:
+        """Give up the mission; the traversal under way is driven to its end."""
+        self.exploring = False
 
     def step(
         self,
@@ -53,40 +60,54 @@ class AtlasServer:
         links: tuple[FrameLink, ...],
     ) -> AtlasOutput:
         """Take one cycle: enter what happened, then decide if the robot waits for a goal."""
-        del stamp_ns  # everything is ordered by its own stamps already
-        goal: GvgGoal | None = None
-        if not self._started:
-            self._started = True
-            goal = GvgGoal(GoalKind.ACCESS)
+        del stamp_ns  # events, maps and links carry their own order
+        changed = False
         for event in events:
-            goal = self._handle(event, edge_maps, links) or goal
-        if self.state.config.mission != "explore":
-            goal = None
-        return AtlasOutput(
-            goal, self._finished, bool(events), self.state.closures, len(self.questions.open), self._unexplored
-        )
+            changed |= self._enter(event, edge_maps, links)
+        goal: GvgGoal | None = None
+        if self._waiting and self.exploring:
+            goal = self._decide()
+            self._finished = goal.kind is GoalKind.STOP
+            self._waiting = False
+        if changed:
+            self.store.save(self.state.graph, self.questions.open)
+        return AtlasOutput(goal, self._finished, changed)
 
-    def _handle(
-        self, event: GvgEvent, edge_maps: tuple[EdgeMap, ...], links: tuple[FrameLink, ...]
-    ) -> GvgGoal | None:
-        """Enter one event; arrivals and losses ask for a goal."""
+    def save_as(self, path: Path) -> None:
+        """Write a copy of the atlas to another file; raises StoreError."""
+        self.store.save(self.state.graph, self.questions.open)
+        self.store.save_as(path)
+
+    def identify(self, node: int) -> bool:
+        """Be told, by someone who knows, that the robot is at a certain node; False if that contradicts the map."""
+        return self.mapper.be_told(node)
+
+    def unexplored(self) -> int:
+        """Return how many branches are left to explore."""
+        return unexplored(self.state.graph)
+
+    def _enter(self, event: GvgEvent, edge_maps: tuple[EdgeMap, ...], links: tuple[FrameLink, ...]) -> bool:
+        """Enter one event; return whether the atlas has changed."""
         if event.kind is EventKind.DEPARTURE:
+            self._waiting = False
             self.mapper.depart(event, next((link for link in links if link.departure == event.sequence), None))
-        elif event.kind is EventKind.ARRIVAL:
+            return False
+        self._finished = False
+        if event.kind is EventKind.ARRIVAL:
             self.mapper.arrive(event, next((m for m in edge_maps if m.arrival == event.sequence), None))
-            return self._decide()
         elif event.kind is EventKind.LOST:
             self.mapper.lose()
-            return GvgGoal(GoalKind.ACCESS)
-        return None
+        else:
+            return False
+        self._waiting = True
+        return True
 
     def _decide(self) -> GvgGoal:
         """Choose the branch to trace from the node the robot is at, or stop when all is explored."""
         here = self.mapper.here
-        assert here is not None
-        self._unexplored = unexplored(self.state.graph)
+        if here is None:
+            return GvgGoal(GoalKind.ACCESS)
         key = next_branch(self.state, self.questions, here)
-        self._finished = key is None
         if key is None:
             return GvgGoal(GoalKind.STOP)
         return GvgGoal(GoalKind.TRACE, branch=here.keys.index(key))

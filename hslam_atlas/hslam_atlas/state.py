@@ -3,9 +3,9 @@
 from dataclasses import dataclass, field
 
 from hslam_atlas.config import AtlasConfig
+from hslam_atlas.edge_maps import EdgeMaps
 from hslam_atlas.graph import AtlasGraph
 from hslam_atlas.look_alikes import LookAlikes
-from hslam_atlas.map_store import EdgeMaps
 from hslam_atlas.uncertain_pose import UncertainPose
 
 

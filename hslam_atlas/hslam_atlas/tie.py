@@ -95,9 +95,7 @@ def take_out(state: AtlasState, edge_id: int) -> None:
         state.graph.add_link(edge.ends[0].node, edge.ends[1].node, edge.across(0), edge.path_length_m)
 
 
-def _same(
-    state: AtlasState, edge: Edge, end: int, edge_map: EdgeMap, near: EdgeEnd, far: EdgeEnd
-) -> Outcome:
+def _same(state: AtlasState, edge: Edge, end: int, edge_map: EdgeMap, near: EdgeEnd, far: EdgeEnd) -> Outcome:
     """The drive has the length of the edge on ``near``'s branch: they must be one, and so must their far ends."""
     match = compare(state, edge, end, edge_map, near.frame_in_node)
     if match is None or not convinces(match, edge, edge_map, state):
@@ -106,6 +104,7 @@ def _same(
     if known.node == far.node:
         if known.branch != far.branch:  # a branch that was invented, or one branch seen in two directions
             state.graph.nodes[far.node].branches[far.branch].given_up = True
+            state.graph.changed_nodes.add(far.node)
         update(state, edge, end, edge_map, match)
         return Outcome.RETRACED
     far_in_known = far_sight_in_node(edge, end, edge_map, match) @ far.frame_in_node.inverse()
@@ -121,6 +120,7 @@ def _fruitless(state: AtlasState, drive: Drive) -> None:
     branch = state.graph.nodes[drive.start.node].branches[drive.start.branch]
     branch.attempts += 1
     branch.given_up = branch.attempts >= state.config.attempts
+    state.graph.changed_nodes.add(drive.start.node)
     if drive.start.node != drive.stop.node:
         link(state, drive)
 

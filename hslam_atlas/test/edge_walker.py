@@ -1,15 +1,15 @@
-"""A robot at the level of events: it answers goals with events, edge-maps and links as noisy as the real levels' are."""
+"""A robot at the level of events: answers goals with events, edge-maps and links as noisy as the real levels' are."""
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
+from corridor_floor import CorridorFloor, Point
 
 from hslam_types.edge_map import EdgeMap, FrameLink
 from hslam_types.gvg_events import EventKind, GoalKind, GvgEvent, GvgGoal, NodeKind, NodeView
 from hslam_types.se2 import SE2, Array, rotation, wrap
-
-from corridor_floor import CorridorFloor, Point
 
 _SEGMENT_M = 2.0
 
@@ -124,7 +124,9 @@ class EdgeWalker:
         ways = self.floor.leaving(self.node)
         x, y = self.floor.nodes[self.node]
         self._centre = (x + rng.normal(0.0, noise.node_m), y + rng.normal(0.0, noise.node_m))
-        entries: list[tuple[float, int | None]] = [(wrap(w[1] + rng.normal(0.0, noise.bearing)), i) for i, w in enumerate(ways)]
+        entries: list[tuple[float, int | None]] = [
+            (wrap(w[1] + rng.normal(0.0, noise.bearing)), i) for i, w in enumerate(ways)
+        ]
         if len(ways) == 3 and rng.random() < noise.degree_misread:
             free = max((w[1] + math.pi for w in ways), key=lambda b: min(abs(wrap(b - w[1])) for w in ways))
             entries.append((wrap(free), None))
@@ -162,7 +164,9 @@ class EdgeWalker:
         world = self.floor.landmarks[seen]
         clutter = int(rng.binomial(len(seen), noise.clutter)) if len(seen) else 0
         if clutter:
-            world = np.concatenate((world, world[rng.integers(len(world), size=clutter)] + rng.normal(0, 1.0, (clutter, 2))))
+            world = np.concatenate(
+                (world, world[rng.integers(len(world), size=clutter)] + rng.normal(0, 1.0, (clutter, 2)))
+            )
         points = np.concatenate((path[-1:], world))
         into = rotation(-frame.theta)
         points, local_path = (points - [frame.x, frame.y]) @ into.T, (path - [frame.x, frame.y]) @ into.T
@@ -200,9 +204,7 @@ class EdgeWalker:
         self.true_node[event.sequence] = self.node
         return event
 
-    def _event(
-        self, kind: EventKind, view: NodeView | None = None, branch: int = -1, length: float = 0.0
-    ) -> GvgEvent:
+    def _event(self, kind: EventKind, view: NodeView | None = None, branch: int = -1, length: float = 0.0) -> GvgEvent:
         self._clock += 10**9
         event = GvgEvent(self._sequence, self._clock, kind, view, branch, length)
         self._sequence += 1
@@ -212,7 +214,7 @@ class EdgeWalker:
 def _dense(line: Array) -> Array:
     """Return points every half metre along a line."""
     parts = []
-    for a, b in zip(line, line[1:], strict=False):
+    for a, b in pairwise(line):
         count = max(int(math.dist(a, b) / 0.5), 1)
         parts.append(a + (b - a) * np.linspace(0.0, 1.0, count, endpoint=False)[:, None])
     return np.concatenate((*parts, line[-1:]))

@@ -1,0 +1,184 @@
+"""The atlas as a node: hears events, edge-maps and links, says the graph, and drives the exploration."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from hslam_msgs.action import Explore
+from hslam_msgs.msg import Atlas, EdgeMap, FrameLink, GvgEvent, NodeStatus
+from hslam_msgs.srv import AtlasFile, IdentifyNode
+from rclpy.action import ActionServer
+from rclpy.node import Node
+from visualization_msgs.msg import MarkerArray
+
+from hslam_atlas.atlas_messages import atlas_to_markers, atlas_to_msg
+from hslam_atlas.config import AtlasConfig
+from hslam_atlas.errors import StoreError
+from hslam_atlas.gvg_client import GvgClient
+from hslam_atlas.server import AtlasOutput, AtlasServer
+from hslam_atlas.store import AtlasStore
+from hslam_ros import conversions
+from hslam_ros.parameters import declare
+from hslam_ros.qos import CYCLE, EVENTS, LATCHED
+from hslam_ros.spin import run
+from hslam_ros.stamps import NS_PER_S, stamp_from_msg
+from hslam_ros.step_order import Cycle, StepOrder
+from hslam_types import edge_map, gvg_events
+from hslam_types.config import Configuration, parameter
+
+
+@dataclass(frozen=True)
+class AtlasNodeConfig(Configuration):
+    """How the node is joined to the others, and where the atlas is kept."""
+
+    lockstep: bool = parameter(True, "wait for every input of a cycle however long it takes")
+    hold_back_s: float = parameter(
+        0.5, "running free: how long a cycle waits for late events and maps", low=0.0, high=5.0, unit="s"
+    )
+    store: str = parameter("", "atlas file to take up and keep writing; empty: in memory only")
+    gvg: str = parameter("gvg", "node whose events are heard and whose actions are used")
+    ekf: str = parameter("ekf", "node whose edge-maps and links are heard")
+
+
+class AtlasNode(Node):
+    """Puts inputs in order of stamp, hands each cycle to the server, passes goals on, publishes the graph."""
+
+    def __init__(self) -> None:
+        """Declare parameters, topics, services and actions; raises HslamError on a bad parameter or atlas file."""
+        super().__init__("atlas")
+        self._config = declare(self, AtlasNodeConfig)
+        atlas_config = declare(self, AtlasConfig)
+        self._store = AtlasStore(Path(self._config.store) if self._config.store else None)
+        self._server = AtlasServer(atlas_config, self._store)
+        hold_ns = None if self._config.lockstep else round(self._config.hold_back_s * NS_PER_S)
+        self._order = StepOrder(promised=["events", "maps"], hold_ns=hold_ns)
+        self._cycles: list[Cycle] = []
+        self._deciding = False
+        self._outputs = 0
+        self._exploring: Any = None
+        self._gvg = GvgClient(self, self._config.gvg)
+        self._create_topics()
+        self.create_service(AtlasFile, "~/save", self._on_save)
+        self.create_service(AtlasFile, "~/load", self._on_load)
+        self.create_service(IdentifyNode, "~/identify", self._on_identify)
+        self._explore = ActionServer(
+            self, Explore, "~/explore", self._on_explored, handle_accepted_callback=self._on_explore
+        )
+
+    def close(self) -> None:
+        """Close the atlas file."""
+        self._store.close()
+
+    def _create_topics(self) -> None:
+        gvg, ekf = self._config.gvg, self._config.ekf
+        self._atlas = self.create_publisher(Atlas, "~/atlas", LATCHED)
+        self._markers = self.create_publisher(MarkerArray, "~/markers", LATCHED)
+        self._status = self.create_publisher(NodeStatus, "~/status", CYCLE)
+        self.create_subscription(GvgEvent, f"{gvg}/events", self._on_event, EVENTS)
+        self.create_subscription(NodeStatus, f"{gvg}/status", self._on_gvg_status, CYCLE)
+        self.create_subscription(EdgeMap, f"{ekf}/edge_maps", self._on_edge_map, EVENTS)
+        self.create_subscription(FrameLink, f"{ekf}/frame_links", self._on_link, EVENTS)
+        self.create_subscription(NodeStatus, f"{ekf}/status", self._on_ekf_status, CYCLE)
+
+    def _on_event(self, msg: GvgEvent) -> None:
+        event = conversions.event_from_msg(msg)
+        self._order.put("events", event.stamp_ns, event)
+        self._work()
+
+    def _on_edge_map(self, msg: EdgeMap) -> None:
+        self._order.put("maps", stamp_from_msg(msg.header.stamp), conversions.edge_map_from_msg(msg))
+        self._work()
+
+    def _on_link(self, msg: FrameLink) -> None:
+        self._order.put("maps", stamp_from_msg(msg.header.stamp), conversions.link_from_msg(msg))
+        self._work()
+
+    def _on_gvg_status(self, msg: NodeStatus) -> None:
+        stamp_ns = stamp_from_msg(msg.header.stamp)
+        self._order.promise("events", stamp_ns, msg.outputs)
+        self._order.tick(stamp_ns)  # GVG's answer to a cycle opens the atlas's
+        self._work()
+
+    def _on_ekf_status(self, msg: NodeStatus) -> None:
+        self._order.promise("maps", stamp_from_msg(msg.header.stamp), msg.outputs)
+        self._work()
+
+    def _work(self) -> None:
+        self._cycles.extend(self._order.ready())
+        while self._cycles and not self._deciding:
+            self._step(self._cycles.pop(0))
+
+    def _step(self, cycle: Cycle) -> None:
+        events: tuple[gvg_events.GvgEvent, ...] = cycle.inputs["events"]
+        maps = tuple(item for item in cycle.inputs["maps"] if isinstance(item, edge_map.EdgeMap))
+        links = tuple(item for item in cycle.inputs["maps"] if isinstance(item, edge_map.FrameLink))
+        out = self._server.step(cycle.stamp_ns, events, maps, links)
+        if out.changed:
+            self._publish_graph(cycle.stamp_ns)
+        if out.goal is None:
+            self._answer(cycle.stamp_ns, out)
+            return
+        # The cycle is answered once the goal is taken: in lock-step the next step must not begin before.
+        self._deciding = True
+        self._gvg.send(out.goal, lambda accepted: self._on_goal_answer(cycle.stamp_ns, out, accepted=accepted))
+
+    def _on_goal_answer(self, stamp_ns: int, out: AtlasOutput, *, accepted: bool) -> None:
+        if not accepted:
+            self.get_logger().error(f"GVG refused the goal {out.goal}")
+        self._outputs += 1
+        self._deciding = False
+        self._answer(stamp_ns, out)
+        self._work()
+
+    def _answer(self, stamp_ns: int, out: AtlasOutput) -> None:
+        graph = self._server.state.graph
+        status = NodeStatus(header=conversions.header(stamp_ns, ""), node=self.get_name(), outputs=self._outputs)
+        status.state = "explored" if out.finished else "exploring" if self._server.exploring else "mapping"
+        status.detail = f"{len(graph.nodes)} nodes, {len(graph.edges)} edges, {self._server.unexplored()} unexplored"
+        status.finished = out.finished
+        self._status.publish(status)
+        if out.finished and self._exploring is not None:
+            handle, self._exploring = self._exploring, None
+            handle.execute()
+
+    def _publish_graph(self, stamp_ns: int) -> None:
+        self._atlas.publish(atlas_to_msg(self._server, stamp_ns))
+        if self._markers.get_subscription_count():
+            self._markers.publish(atlas_to_markers(self._server, stamp_ns))
+
+    def _on_explore(self, handle: Any) -> None:
+        self._exploring = handle  # carried out by the steps to come; executed, that is answered, when explored
+        self._server.explore()
+
+    def _on_explored(self, handle: Any) -> Explore.Result:
+        handle.succeed()
+        return Explore.Result(success=True, message="no branch is left unexplored")
+
+    def _on_save(self, request: AtlasFile.Request, response: AtlasFile.Response) -> AtlasFile.Response:
+        try:
+            self._server.save_as(Path(request.path))
+            response.success, response.message = True, f"saved to {request.path}"
+        except StoreError as error:
+            response.success, response.message = False, str(error)
+        return response
+
+    def _on_load(self, request: AtlasFile.Request, response: AtlasFile.Response) -> AtlasFile.Response:
+        try:
+            store = AtlasStore(Path(request.path))
+            self._server = AtlasServer(self._server.state.config, store)
+            self._store.close()
+            self._store = store
+            response.success, response.message = True, f"loaded {request.path}; the robot has to find itself"
+        except StoreError as error:
+            response.success, response.message = False, str(error)
+        return response
+
+    def _on_identify(self, request: IdentifyNode.Request, response: IdentifyNode.Response) -> IdentifyNode.Response:
+        response.success = self._server.identify(request.node)
+        response.message = "taken" if response.success else "the map contradicts, or that node was never suspected"
+        return response
+
+
+def main() -> None:
+    """Run the node until a signal."""
+    run(AtlasNode)
