@@ -38,13 +38,18 @@ def explore(
 
     Writes OUT/bag (rosbag2, MCAP), OUT/atlas.db, OUT/figures and OUT/report.json. Exit status 0 when the exploration completed.
     """
+    from hslam_bringup.errors import RunError
     from hslam_bringup.explore import explore_and_report  # heavy imports only where they are needed
     from hslam_bringup.run_options import RunOptions, parse_settings, prepare_output
 
     out = out or Path("runs") / f"{Path(world).stem}_{seed}"
     options = RunOptions(world, seed, out, parse_settings(settings), time_limit)
     prepare_output(out, force=force)
-    explore_and_report(options, in_process=in_process, console=console)
+    fields = explore_and_report(options, in_process=in_process, console=console)
+    if not fields["completed"]:
+        raise RunError(
+            f"not finished after {time_limit:.0f} s of simulated time; what was learnt until then is in {out}"
+        )
 
 
 @app.command()

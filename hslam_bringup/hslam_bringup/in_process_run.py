@@ -3,21 +3,132 @@
 Gives the same atlas, bit for bit, as separate processes, and is several times faster.
 """
 
+import dataclasses
 import math
 import resource
 from collections.abc import Callable
+from typing import Any
 
+from std_msgs.msg import Bool
+
+from hslam_atlas.atlas_messages import atlas_to_msg
+from hslam_atlas.config import AtlasConfig
+from hslam_atlas.explore import unexplored
 from hslam_atlas.server import AtlasServer
+from hslam_atlas.store import AtlasStore
 from hslam_bags.recorder import Recorder
 from hslam_bringup.errors import RunError
 from hslam_bringup.progress import Snapshot
 from hslam_bringup.run_options import RunOptions
+from hslam_bringup.run_record import RunRecord
+from hslam_bringup.run_report import RunEnd
+from hslam_ekf.config import EkfConfig
 from hslam_ekf.server import EkfServer
+from hslam_gvg.config import GvgConfig
 from hslam_gvg.server import GvgServer
-from hslam_ros.conversions import odometry_from_msg, odometry_to_msg
+from hslam_ros import conversions
 from hslam_ros.stamps import NS_PER_S
-from hslam_sim.simulation import Simulation
+from hslam_sim import sim_messages
+from hslam_sim.simulation import Simulation, SimulationConfiguration
+from hslam_sim.worlds import load_world
 from hslam_types.sensing import Velocity
 
-_SHOW_EVERY = 50
+_SHOW_EVERY = 100
 """Steps between two looks at the run."""
+
+
+class InProcessRun:
+    """The robot, its world and the three levels, stepped together and recorded."""
+
+    def __init__(
+        self, simulation: Simulation, gvg: GvgServer, ekf: EkfServer, atlas: AtlasServer, record: RunRecord
+    ) -> None:
+        """Take the parts as they are; the first step sends no command."""
+        self.simulation, self.gvg, self.ekf, self.atlas, self.record = simulation, gvg, ekf, atlas, record
+        self.finished = False
+        self.path_length_m = 0.0
+        self._command: Velocity | None = None
+        self._last_xy: tuple[float, float] | None = None
+        self._bumped: bool | None = None
+
+    def step(self) -> None:
+        """One cycle: sense, follow the GVG, filter, map and decide; the answer goes into the next cycle."""
+        base = self.simulation.step(self._command)
+        stamp_ns, put = base.stamp_ns, self.record.put
+        odom_msg = conversions.odometry_to_msg(base.odom)
+        odom = conversions.odometry_from_msg(odom_msg)  # the bits that a node would receive
+        put("/odom", odom_msg, stamp_ns)
+        put("/sonar", conversions.sonar_to_msg(base.sonar), stamp_ns)
+        put("/ground_truth", sim_messages.truth_to_msg(base), stamp_ns)
+        if base.landmarks is not None:
+            put("/landmarks", conversions.landmarks_to_msg(base.landmarks), stamp_ns)
+        if base.bumped is not self._bumped:
+            self._bumped = base.bumped
+            put("/bumper", Bool(data=base.bumped), stamp_ns)
+
+        driven = self.gvg.step(odom, base.sonar)
+        mapped = self.ekf.step(odom, base.landmarks, driven.events)
+        decided = self.atlas.step(stamp_ns, driven.events, mapped.edge_maps, mapped.links)
+        if decided.goal is not None:
+            self.gvg.start(decided.goal)
+        self._command = driven.command
+        self.finished = decided.finished
+
+        put("/cmd_vel", conversions.velocity_to_msg(driven.command, stamp_ns), stamp_ns)
+        for event in driven.events:
+            put("/gvg/events", conversions.event_to_msg(event), stamp_ns)
+        for edge_map in mapped.edge_maps:
+            put("/ekf/edge_maps", conversions.edge_map_to_msg(edge_map, stamp_ns), stamp_ns)
+        for link in mapped.links:
+            put("/ekf/frame_links", conversions.link_to_msg(link, stamp_ns), stamp_ns)
+        if decided.changed:
+            put("/atlas/atlas", atlas_to_msg(self.atlas, stamp_ns), stamp_ns)
+        here = odom.base_in_odom[:2]
+        self.path_length_m += math.dist(self._last_xy or here, here)
+        self._last_xy = here
+
+    def snapshot(self) -> Snapshot:
+        """Return where the run stands."""
+        graph = self.atlas.state.graph
+        sim_time_s = self.simulation.stamp_ns / NS_PER_S
+        return Snapshot(sim_time_s, len(graph.nodes), len(graph.edges), unexplored(graph), self.path_length_m)
+
+
+def run_in_process(options: RunOptions, show: Callable[[Snapshot], None]) -> RunEnd:
+    """Explore in this process until the atlas is complete or the time limit is reached.
+
+    However it ends, bag and atlas are closed whole.
+    """
+    with Recorder(options.bag) as recorder, AtlasStore(options.atlas) as store:
+        run = InProcessRun(
+            _simulation(options),
+            GvgServer(GvgConfig.from_mapping(options.node_settings("gvg"))),
+            EkfServer(EkfConfig.from_mapping(options.node_settings("ekf"))),
+            AtlasServer(AtlasConfig.from_mapping({"mission": "explore"} | options.node_settings("atlas")), store),
+            RunRecord(recorder),
+        )
+        steps = 0
+        while not run.finished and run.simulation.stamp_ns < options.time_limit_s * NS_PER_S:
+            run.step()
+            steps += 1
+            if steps % _SHOW_EVERY == 0:
+                show(run.snapshot())
+        show(run.snapshot())
+    peak_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
+    return RunEnd(run.finished, {"all": round(peak_mb, 1)})
+
+
+def _simulation(options: RunOptions) -> Simulation:
+    """Return the simulated robot; settings name its parts' parameters as the node does (``sonar.range_noise``)."""
+    parts: dict[str, dict[str, Any]] = {field.name: {} for field in dataclasses.fields(SimulationConfiguration)}
+    for name, value in options.node_settings("sim").items():
+        part, _, parameter = name.partition(".")
+        if part not in parts:
+            raise RunError(f"sim has no parameter '{name}'; its groups are: {', '.join(parts)}")
+        parts[part][parameter] = value
+    defaults = SimulationConfiguration()
+    config = SimulationConfiguration(
+        **{part: type(getattr(defaults, part)).from_mapping(values) for part, values in parts.items()}
+    )
+    world = load_world(options.world, landmark_seed=options.seed)
+    return Simulation(world, config, options.seed)

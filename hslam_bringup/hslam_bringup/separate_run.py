@@ -5,29 +5,29 @@ import os
 from collections.abc import Callable, Mapping
 
 import rclpy
+from hslam_msgs.msg import Atlas, NodeStatus
+from nav_msgs.msg import Odometry
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 
-from hslam_bringup.errors import RunError
 from hslam_bringup.fleet import Fleet, NodeProcess
 from hslam_bringup.isolation import private_domain
 from hslam_bringup.progress import Snapshot
 from hslam_bringup.run_options import RunOptions
-from hslam_msgs.msg import Atlas, NodeStatus
+from hslam_bringup.run_report import RunEnd
 from hslam_ros.qos import CYCLE, LATCHED, SENSOR
 from hslam_ros.stamps import NS_PER_S, stamp_from_msg
-from nav_msgs.msg import Odometry
 
 _LOOK_S = 0.25
 """How often the runner looks at the processes and redraws."""
 
 
-def run_separately(options: RunOptions, show: Callable[[Snapshot], None]) -> dict[str, float]:
-    """Explore with separate processes until the atlas says that it is finished; return peak memory (MB) by node.
+def run_separately(options: RunOptions, show: Callable[[Snapshot], None]) -> RunEnd:
+    """Explore with separate processes until the atlas is complete or the time limit is reached.
 
-    Raises NodeDiedError, naming the node, when a process ends early, and RunError at the time limit.
-    However it ends, the nodes are stopped in order: the base first, the recorder last.
+    Raises NodeDiedError, naming the node, when a process ends early.  However it ends, the nodes are stopped in
+    order: the base first, the recorder last.
     """
     with private_domain() as environment:
         fleet = Fleet(options.out / "log", environment)
@@ -35,17 +35,22 @@ def run_separately(options: RunOptions, show: Callable[[Snapshot], None]) -> dic
         try:
             for node in _nodes(options):
                 fleet.start(node)
-            _watch(fleet, environment, options, show)
+            completed = _watch(fleet, environment, options, show)
         finally:
             fleet.stop(order)
-        return fleet.peak_rss_mb()
+        return RunEnd(completed, fleet.peak_rss_mb())
 
 
 def _nodes(options: RunOptions) -> list[NodeProcess]:
     def parameters(name: str, own: Mapping[str, object]) -> dict[str, object]:
         return {"lockstep": True} | dict(own) | options.node_settings(name)
 
-    sim = {"world": options.world, "seed": options.seed, "lockstep_nodes": ["gvg", "ekf", "atlas"]}
+    sim = {
+        "world": options.world,
+        "seed": options.seed,
+        "landmark_seed": options.seed,
+        "lockstep_nodes": ["gvg", "ekf", "atlas"],
+    }
     atlas = {"store": str(options.atlas), "mission": "explore"}
     return [
         NodeProcess("recorder", "hslam_bags", "record_node", {"path": str(options.bag)}),
@@ -87,7 +92,8 @@ class _Onlooker(Node):
         return Snapshot(sim_time_s, len(atlas.nodes), len(atlas.edges), unexplored, self._path_length_m)
 
 
-def _watch(fleet: Fleet, environment: Mapping[str, str], options: RunOptions, show: Callable[[Snapshot], None]) -> None:
+def _watch(fleet: Fleet, environment: Mapping[str, str], options: RunOptions, show: Callable[[Snapshot], None]) -> bool:
+    """Follow the run to its end; return whether that was the mission's, not the time limit."""
     os.environ.update(environment)
     context = rclpy.Context()
     rclpy.init(context=context, domain_id=int(environment["ROS_DOMAIN_ID"]))
@@ -101,9 +107,8 @@ def _watch(fleet: Fleet, environment: Mapping[str, str], options: RunOptions, sh
             if now is not None:
                 show(now)
                 if now.sim_time_s > options.time_limit_s:
-                    raise RunError(
-                        f"not finished after {options.time_limit_s:.0f} s of simulated time; the atlas so far is kept"
-                    )
+                    return False
+        return True
     finally:
         onlooker.destroy_node()
         context.try_shutdown()

@@ -1,0 +1,26 @@
+"""The main job: explore, then score and draw what was learnt."""
+
+from typing import Any
+
+from rich.console import Console
+
+from hslam_bringup.in_process_run import run_in_process
+from hslam_bringup.progress import ExplorationProgress
+from hslam_bringup.run_options import RunOptions
+from hslam_bringup.run_report import as_table, report_run
+from hslam_bringup.separate_run import run_separately
+
+
+def explore_and_report(options: RunOptions, *, in_process: bool, console: Console) -> dict[str, Any]:
+    """Run one exploration and leave bag, atlas, figures and report in ``options.out``; return the report's fields.
+
+    Raises HslamError where the run breaks; what was recorded until then stays readable.
+    """
+    run = run_in_process if in_process else run_separately
+    with ExplorationProgress(console) as progress:
+        end = run(options, progress.show)
+    with console.status("scoring and drawing"):
+        fields = report_run(options, end, progress.wall_time_s)
+    console.print(as_table(fields))
+    console.print(f"bag, atlas, figures and report are in {options.out}")
+    return fields

@@ -1,0 +1,139 @@
+"""What a finished run left on disk, as the plain values that are scored and drawn."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from hslam_msgs.msg import GvgEvent as GvgEventMsg
+from nav_msgs.msg import Odometry
+from rclpy.serialization import deserialize_message
+from std_msgs.msg import Bool
+
+from hslam_atlas.graph import AtlasGraph, Node
+from hslam_atlas.pose_graph import optimised
+from hslam_atlas.store import AtlasStore
+from hslam_bags.bag import Bag
+from hslam_bags.topic_choice import TopicChoice
+from hslam_bringup.errors import RunError
+from hslam_report.explored import (
+    ExploredEdge,
+    ExploredGraph,
+    ExploredNode,
+    PlacedEdgeMap,
+    Visit,
+    edge_frame_in_map,
+    true_meet_point,
+)
+from hslam_report.path_figures import DrivenPath
+from hslam_report.visits import position
+from hslam_ros.conversions import event_from_msg, odometry_from_msg
+from hslam_types.gvg_events import GvgEvent
+from hslam_types.se2 import SE2
+
+_TYPES: dict[str, Any] = {
+    "/odom": Odometry,
+    "/ground_truth": Odometry,
+    "/gvg/events": GvgEventMsg,
+    "/bumper": Bool,
+}
+
+
+@dataclass(frozen=True, eq=False)
+class RunLog:
+    """What was recorded: poses a step, events, contacts."""
+
+    driven: DrivenPath
+    end_ns: int
+    events: dict[int, GvgEvent]
+    """By sequence number."""
+    step_of_event: dict[int, int]
+    """Row of ``driven`` at which each event was announced."""
+    contacts: int
+
+    def meet_point(self, sequence: int) -> tuple[float, float]:
+        """Return where the node of an event truly was (m, in map)."""
+        node = self.events[sequence].node
+        if node is None:
+            raise RunError(f"event {sequence} of the bag tells no node, though the atlas counts it as a visit")
+        step = self.step_of_event[sequence]
+        in_map, in_odom = self.driven.in_map[step], self.driven.in_odom[step]
+        return true_meet_point(SE2(*in_map.tolist()), SE2(*in_odom.tolist()), node)
+
+
+def read_log(bag: Path) -> RunLog:
+    """Read a run's bag; raises BagError on a damaged one, RunError on one without the truth to score against."""
+    odom: dict[int, SE2] = {}
+    truth: dict[int, SE2] = {}
+    events: dict[int, GvgEvent] = {}
+    contacts = 0
+    with Bag(bag) as opened:
+        for stored in opened.messages(TopicChoice(tuple(_TYPES))):
+            msg = deserialize_message(stored.raw, _TYPES[stored.topic])
+            if stored.topic == "/gvg/events":
+                event = event_from_msg(msg)
+                events[event.sequence] = event
+            elif stored.topic == "/bumper":
+                contacts += bool(msg.data)
+            else:
+                sample = odometry_from_msg(msg)
+                (odom if stored.topic == "/odom" else truth)[sample.stamp_ns] = sample.base_in_odom
+    stamps = sorted(odom.keys() & truth.keys())
+    if not stamps:
+        raise RunError(f"{bag} holds no ground_truth; only simulated runs can be scored")
+    rows = {stamp_ns: row for row, stamp_ns in enumerate(stamps)}
+    driven = DrivenPath(np.array([odom[s] for s in stamps]), np.array([truth[s] for s in stamps]))
+    return RunLog(driven, stamps[-1], events, {n: rows[e.stamp_ns] for n, e in events.items()}, contacts)
+
+
+def explored_graph(graph: AtlasGraph, log: RunLog) -> ExploredGraph:
+    """Return the atlas's graph with the true place of every visit."""
+    order = {
+        node.id: [b.key for b in node.ordered() if b.edge is not None or not b.given_up]
+        for node in graph.nodes.values()
+    }
+    nodes = tuple(_explored_node(node, len(order[node.id]), log) for node in graph.nodes.values())
+    edges = tuple(
+        ExploredEdge(
+            u=edge.ends[0].node,
+            v=edge.ends[1].node,
+            branch_u=order[edge.ends[0].node].index(edge.ends[0].branch),
+            branch_v=order[edge.ends[1].node].index(edge.ends[1].branch),
+            length_m=edge.path_length_m,
+        )
+        for edge in graph.edges.values()
+    )
+    return ExploredGraph(nodes, edges)
+
+
+def _explored_node(node: Node, degree: int, log: RunLog) -> ExploredNode:
+    visits = tuple(Visit(sequence, *log.meet_point(sequence)) for sequence, _ in node.visits)
+    return ExploredNode(node.id, node.kind, degree, node.clearance_m, visits)
+
+
+def placed_maps(store: AtlasStore, graph: AtlasGraph, explored: ExploredGraph, log: RunLog) -> list[PlacedEdgeMap]:
+    """Return every stored edge-map with its true frame and its place in the optimised picture."""
+    if not graph.nodes:
+        return []
+    poses = optimised(graph, min(graph.nodes))
+    at = {node.id: position(node) for node in explored.nodes}
+    placed = []
+    for edge in graph.edges.values():
+        start = edge.ends[0]
+        if start.node not in poses:
+            continue
+        edge_map = store.get(edge.id)
+        ends = [log.meet_point(edge_map.traversal), log.meet_point(edge_map.arrival)]
+        if np.hypot(*np.subtract(ends[0], at[start.node])) > np.hypot(*np.subtract(ends[1], at[start.node])):
+            ends.reverse()  # the map was taken from the edge's other end
+        placed.append(
+            PlacedEdgeMap(
+                name=f"edge {edge.id}",
+                terminal_x=edge_map.terminal_x,
+                landmarks=edge_map.landmarks,
+                covariance=edge_map.covariance,
+                frame_in_map=edge_frame_in_map(ends[0], ends[1]),
+                frame_in_global=poses[start.node] @ start.frame_in_node.pose,
+            )
+        )
+    return placed

@@ -1,0 +1,66 @@
+"""Scores and draws a run from what it left on disk."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from rich.table import Table
+
+from hslam_atlas.store import AtlasStore
+from hslam_bringup.run_evidence import explored_graph, placed_maps, read_log
+from hslam_bringup.run_options import RunOptions
+from hslam_report.landmark_score import score_landmarks
+from hslam_report.path_figures import length_m
+from hslam_report.run_figures import write_figures
+from hslam_report.run_report import RunFacts, report, write_report
+from hslam_report.score import score_graph
+from hslam_ros.stamps import NS_PER_S
+from hslam_sim.truth import true_gvg
+from hslam_sim.worlds import load_world
+
+
+@dataclass(frozen=True)
+class RunEnd:
+    """How a run ended, as far as its bag and atlas do not tell."""
+
+    completed: bool
+    """No edge was left unexplored."""
+    peak_rss_mb: Mapping[str, float]
+    """By node."""
+
+
+def report_run(options: RunOptions, end: RunEnd, wall_time_s: float) -> dict[str, Any]:
+    """Write figures and report.json for the run in ``options.out`` and return the report's fields.
+
+    Raises BagError or StoreError where the run's files cannot be read.
+    """
+    world = load_world(options.world, landmark_seed=options.seed)
+    log = read_log(options.bag)
+    with AtlasStore(options.atlas) as store:
+        graph, _ = store.load()
+        explored = explored_graph(graph, log)
+        maps = placed_maps(store, graph, explored, log)
+    facts = RunFacts(
+        completed=end.completed,
+        seed=options.seed,
+        world=options.world,
+        path_length_m=length_m(log.driven.in_map),
+        sim_time_s=log.end_ns / NS_PER_S,
+        wall_time_s=wall_time_s,
+        collisions=log.contacts,
+        peak_rss_mb=end.peak_rss_mb,
+    )
+    fields = report(facts, score_graph(explored, true_gvg(world)), score_landmarks(maps, world.landmarks))
+    write_figures(options.figures, world, log.driven, explored, maps, log.step_of_event)
+    write_report(options.report, fields)
+    return fields
+
+
+def as_table(fields: Mapping[str, Any]) -> Table:
+    """Return a report for a terminal."""
+    table = Table("what", "figure", title=f"{fields['world']}, seed {fields['seed']}")
+    for name, value in fields.items():
+        if name not in ("world", "seed"):
+            table.add_row(name, f"{value:.3f}" if isinstance(value, float) else json.dumps(value))
+    return table
