@@ -16,7 +16,7 @@ setup:
 	@python=$$(setup/find_python.sh "$(PYTHON)") && "$$python" -B setup/set_up.py
 
 demo: setup
-	.venv/bin/hslam explore wean_hall_6 --seed $(SEED) --out $(OUT)
+	.venv/bin/hslam explore wean_hall_6 --seed $(SEED) --out $(OUT) --force
 
 test: setup style types tests
 

@@ -46,6 +46,8 @@ def environment_lines(before: dict[str, str], after: dict[str, str], root: Path)
         old = before[name].split(os.pathsep)
         added = os.pathsep.join(entry for entry in after[name].split(os.pathsep) if entry not in old)
         lines.append(f'export {name}={shlex.quote(added)}{os.pathsep}"${name}"')
+    # More threads would change the order of sums, and with it the last bits of a result.
+    lines.append("export OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1")
     lines.append("unset PYTHONHOME _ROS_WHEELS_BOOTSTRAP_COMPLETE")
     lines.append(f'[ -n "$HOME$ROS_LOG_DIR" ] || export ROS_LOG_DIR={shlex.quote(str(root / "log"))}')
     return lines

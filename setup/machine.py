@@ -42,7 +42,7 @@ def check(root: Path | None) -> None:
     if missing := missing_packages():
         what = {"python3-venv": "Python's venv module", "python3-dev": "Python's headers", "g++": "a C++ compiler"}
         names = " and ".join(what[name] for name in missing)
-        message = f"{names} missing for {sys.executable}; on Debian or Ubuntu: apt install {' '.join(missing)}"
+        message = f"missing: {names} (for {sys.executable}); on Debian or Ubuntu: apt install {' '.join(missing)}"
         raise SetUpError(message)
     if root is None and (platform.machine() != "x86_64" or platform.libc_ver()[0] != "glibc"):
         message = (

@@ -1,0 +1,76 @@
+"""Explore a simulated floor: the simulator, the three levels, the recorder and, if asked, RViz.
+
+ros2 launch hslam_bringup floor.launch.py world:=wean_hall_6 seed:=1 bag:=/tmp/floor rviz:=true
+"""
+
+from pathlib import Path
+
+from ament_index_python.packages import get_package_share_directory
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument, Shutdown
+from launch.conditions import IfCondition
+from launch.substitutions import EqualsSubstitution, LaunchConfiguration, NotEqualsSubstitution, PythonExpression
+from launch_ros.actions import Node
+from launch_ros.parameter_descriptions import ParameterValue
+
+SHARE = Path(get_package_share_directory("hslam_bringup"))
+
+ARGUMENTS = {
+    "world": ("small_world", "shipped world, or path of a world's or map_server's YAML file"),
+    "seed": ("1", "seed of all chance: noise, odometry bias, landmarks"),
+    "mode": ("lock_step", "lock_step: as fast as the nodes go, repeatable; free_running: by the wall clock"),
+    "atlas": ("", "atlas file to write; empty: kept in memory"),
+    "bag": ("", "folder of the bag to record; empty: not recorded"),
+    "rviz": ("false", "show the floor in RViz"),
+}
+
+
+def generate_launch_description() -> LaunchDescription:
+    """Declare the arguments and start the nodes; when one ends, the others are stopped."""
+    given = {name: LaunchConfiguration(name) for name in ARGUMENTS}
+    mode = PythonExpression(["'", str(SHARE / "config"), "/", given["mode"], ".yaml'"])
+    seed = ParameterValue(given["seed"], value_type=int)
+    own = {
+        "sim": {"world": text(given["world"]), "seed": seed, "landmark_seed": seed},
+        "gvg": {},
+        "ekf": {},
+        "atlas": {"store": text(given["atlas"]), "mission": "explore"},
+    }
+    levels = [
+        Node(
+            package=f"hslam_{name}",
+            executable=f"{name}_node",
+            name=name,
+            parameters=[mode, parameters],
+            output="screen",
+            on_exit=Shutdown(reason=f"{name} ended"),
+        )
+        for name, parameters in own.items()
+    ]
+    recorder = Node(
+        package="hslam_bags",
+        executable="record_node",
+        name="recorder",
+        parameters=[{"path": text(given["bag"])}],
+        output="screen",
+        condition=IfCondition(NotEqualsSubstitution(given["bag"], "")),
+        on_exit=Shutdown(reason="the recorder ended"),
+    )
+    viewer = Node(
+        package="rviz2",
+        executable="rviz2",
+        name="viewer",
+        arguments=["-d", str(SHARE / "rviz" / "floor.rviz")],
+        parameters=[{"use_sim_time": True}],
+        condition=IfCondition(EqualsSubstitution(given["rviz"], "true")),
+    )
+    declared = [
+        DeclareLaunchArgument(name, default_value=default, description=about)
+        for name, (default, about) in ARGUMENTS.items()
+    ]
+    return LaunchDescription([*declared, recorder, *reversed(levels), viewer])
+
+
+def text(value: LaunchConfiguration) -> ParameterValue:
+    """Return a parameter that stays text, whatever it looks like to YAML."""
+    return ParameterValue(value, value_type=str)
