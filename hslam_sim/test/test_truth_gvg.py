@@ -90,12 +90,12 @@ def test_the_branches_of_the_crossing_go_round_counter_clockwise(papers_floor: t
     assert turns == pytest.approx([math.pi / 2.0] * 4, abs=0.1)
 
 
-@pytest.mark.parametrize("seed", [11, 12])
-@pytest.mark.parametrize("factor", [0.75, 1.25])
-def test_the_papers_graph_stands_still_under_noise_and_other_rules(seed: int, factor: float) -> None:
-    world = load_world("wean_hall_6")
-    rules = Rules(spur_ratio=1.5 * factor, merge_ratio=factor, span_ratio=2.0 * factor, loop_ratio=3.2 * factor)
-    assert counts(single_gvg(world, rules, seed)) == (4, 9, 16, 4)
+@pytest.mark.parametrize("seed", [0, 1, 2, 9])
+def test_the_papers_graph_stands_still_under_noise_and_other_rules(seed: int) -> None:
+    # Seed 9 also leaves fragments of ridges about pilasters, connected to nothing.
+    spur, merge, span, loop = np.random.default_rng(seed).uniform(0.7, 1.3, 4).tolist()
+    rules = Rules(spur_ratio=1.5 * spur, merge_ratio=merge, span_ratio=2.0 * span, loop_ratio=3.2 * loop)
+    assert counts(single_gvg(load_world("wean_hall_6"), rules, seed)) == (4, 9, 16, 4)
 
 
 def test_the_small_world_has_one_loop_and_two_dead_ends() -> None:

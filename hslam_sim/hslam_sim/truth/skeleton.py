@@ -9,6 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 import shapely
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial import Voronoi
 
 from hslam_sim.truth.rules import Rules
@@ -58,11 +60,26 @@ def wall_ridges(free_space: shapely.Polygon, rules: Rules, noise_m: float, rng: 
 
 
 def reachable(ridges: Ridges, free_space: shapely.Polygon, start: tuple[float, float], reach_m: float) -> Skeleton:
-    """Return the ridges a disc of radius ``reach_m`` gets to from ``start`` (in map)."""
+    """Return the ridges a disc of radius ``reach_m`` gets to from ``start`` (in map), the largest connected part.
+
+    The GVG alone need not be connected, but a robot that follows it finds one part; and fragments hang about
+    the corners of pilasters where the wall samples are noisy.
+    """
     reach = _reach(free_space, start, reach_m)
     usable = shapely.contains_xy(reach, ridges.vertices[:, 0], ridges.vertices[:, 1])
-    kept, links = np.unique(ridges.ends[usable[ridges.ends].all(axis=1)], return_inverse=True)
+    ends = ridges.ends[usable[ridges.ends].all(axis=1)]
+    kept, links = np.unique(_largest_part(ends, len(ridges.vertices)), return_inverse=True)
     return Skeleton(ridges.vertices[kept], links.reshape(-1, 2).astype(np.int64))
+
+
+def _largest_part(ends: Indices, count: int) -> Indices:
+    """Return the links of the connected component that has the most of them."""
+    if len(ends) == 0:
+        return ends
+    linked = coo_matrix((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(count, count))
+    part = connected_components(linked, directed=False)[1][ends[:, 0]]
+    largest: Indices = ends[part == np.argmax(np.bincount(part))]
+    return largest
 
 
 def _reach(free_space: shapely.Polygon, start: tuple[float, float], reach: float) -> shapely.Geometry:
