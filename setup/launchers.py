@@ -10,7 +10,7 @@ import subprocess
 from pathlib import Path
 
 KEPT = ("AMENT_PREFIX_PATH", "CMAKE_PREFIX_PATH", "LD_LIBRARY_PATH", "PYTHONPATH", "ROS_DISTRO", "ROS_VERSION")
-PREPENDED = ("PATH",)
+SYSTEM_PATH = ("/usr/local/bin", "/usr/bin", "/bin")
 FOREIGN = (
     "AMENT_PREFIX_PATH",
     "CMAKE_PREFIX_PATH",
@@ -39,13 +39,15 @@ def sourced(script: str, environment: dict[str, str]) -> dict[str, str]:
     return dict(line.split("=", 1) for line in text.split("\0") if "=" in line)
 
 
-def environment_lines(before: dict[str, str], after: dict[str, str], root: Path) -> list[str]:
-    """Return the shell lines that take an environment from `before` to `after`."""
-    lines = [f"export {name}={shlex.quote(after[name])}" for name in KEPT if name in after]
-    for name in PREPENDED:
-        old = before[name].split(os.pathsep)
-        added = os.pathsep.join(entry for entry in after[name].split(os.pathsep) if entry not in old)
-        lines.append(f'export {name}={shlex.quote(added)}{os.pathsep}"${name}"')
+def environment_lines(sourced_here: dict[str, str], root: Path) -> list[str]:
+    """Return the shell lines that bring any environment to the sourced one; PATH is extended, the rest replaced."""
+    lines = []
+    for name in KEPT:
+        entries = [entry for entry in sourced_here.get(name, "").split(os.pathsep) if entry]
+        if entries:
+            lines.append(f"export {name}={shlex.quote(os.pathsep.join(entries))}")
+    added = [entry for entry in sourced_here["PATH"].split(os.pathsep) if entry not in SYSTEM_PATH]
+    lines.append(f'export PATH={shlex.quote(os.pathsep.join(added))}{os.pathsep}"$PATH"')
     # More threads would change the order of sums, and with it the last bits of a result.
     lines.append("export OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1")
     lines.append("unset PYTHONHOME _ROS_WHEELS_BOOTSTRAP_COMPLETE")
@@ -56,10 +58,11 @@ def environment_lines(before: dict[str, str], after: dict[str, str], root: Path)
 def write_launchers(root: Path, venv: Path, ros: Path | None) -> None:
     """Write `hslam-env` and `hslam` for the workspace built in `root`."""
     start = clean_environment(venv, ros)
+    # Not this shell's PATH: what it already holds would not be seen to be added.
+    start["PATH"] = os.pathsep.join([str(venv / "bin"), *SYSTEM_PATH])
     scripts = [f". {shlex.quote(str(ros / 'setup.sh'))}"] if ros else []
     scripts.append(f". {shlex.quote(str(root / 'install' / 'local_setup.sh'))}")
-    outside = {**start, "PATH": os.environ["PATH"]}
-    lines = environment_lines(outside, sourced("; ".join(scripts), start), root)
+    lines = environment_lines(sourced("; ".join(scripts), start), root)
     head = "#!/bin/sh\n# Written by make setup; do not edit.\n" + "\n".join(lines) + "\n"
     command = shlex.quote(str(root / "install" / "hslam_bringup" / "lib" / "hslam_bringup" / "hslam"))
     for name, last in {"hslam-env": 'exec "$@"', "hslam": f'exec {command} "$@"'}.items():
