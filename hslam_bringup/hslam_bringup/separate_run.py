@@ -49,11 +49,11 @@ def _nodes(options: RunOptions) -> list[NodeProcess]:
         "world": options.world,
         "seed": options.seed,
         "landmark_seed": options.seed,
-        "lockstep_nodes": ["gvg", "ekf", "atlas"],
+        "lockstep_nodes": ["gvg", "ekf", "atlas", "recorder"],
     }
     atlas = {"store": str(options.atlas), "mission": "explore"}
     return [
-        NodeProcess("recorder", "hslam_bags", "record_node", {"path": str(options.bag)}),
+        NodeProcess("recorder", "hslam_bags", "record_node", {"path": str(options.bag), "require": "odom,cmd_vel,gvg/events,ekf/edge_maps,atlas/atlas"}),
         NodeProcess("gvg", "hslam_gvg", "gvg_node", parameters("gvg", {})),
         NodeProcess("ekf", "hslam_ekf", "ekf_node", parameters("ekf", {})),
         NodeProcess("atlas", "hslam_atlas", "atlas_node", parameters("atlas", atlas)),

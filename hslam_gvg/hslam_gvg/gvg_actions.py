@@ -1,0 +1,87 @@
+"""The GVG level's goals as ROS actions: one goal at a time, a new one takes the place of the last."""
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+from hslam_msgs.action import AccessGvg, DriveStraight, TraceEdge
+from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.node import Node
+
+from hslam_gvg.server import GvgError, GvgOutput, GvgServer, GvgState
+from hslam_types.gvg_events import EventKind, GoalKind, GvgGoal
+
+_GOALS: dict[str, tuple[type, Callable[[Any], GvgGoal]]] = {
+    "~/access": (AccessGvg, lambda _: GvgGoal(GoalKind.ACCESS)),
+    "~/trace": (TraceEdge, lambda goal: GvgGoal(GoalKind.TRACE, branch=int(goal.branch))),
+    "~/drive_straight": (
+        DriveStraight,
+        lambda goal: GvgGoal(GoalKind.STRAIGHT, x_in_odom=goal.target.x, y_in_odom=goal.target.y),
+    ),
+}
+
+
+class GvgActions:
+    """Takes goals for the server and answers each when an event, or a new goal, has ended it."""
+
+    def __init__(self, node: Node, server: Callable[[], GvgServer]) -> None:
+        """Offer the actions on ``node``; ``server`` gives the present server."""
+        self._node, self._server = node, server
+        self._handle: Any = None
+        self._result: Any = None
+        self._servers = [
+            ActionServer(
+                node,
+                kind,
+                name,
+                partial(self._on_end, kind),
+                goal_callback=partial(self._on_request, to_goal),
+                handle_accepted_callback=self._on_accepted,
+                cancel_callback=self._on_cancel,
+            )
+            for name, (kind, to_goal) in _GOALS.items()
+        ]
+
+    def after_step(self, out: GvgOutput) -> None:
+        """Answer the goal under way if this step ended it."""
+        if self._handle is None:
+            return
+        ended = next((e for e in out.events if e.kind in (EventKind.ARRIVAL, EventKind.LOST)), None)
+        if ended is not None:
+            arrived = ended.kind is EventKind.ARRIVAL
+            self._finish(success=arrived, message="arrived" if arrived else "lost", event=ended.sequence)
+        elif out.state is GvgState.IDLE:
+            self._finish(success=True, message="there", event=0)
+
+    def _on_request(self, to_goal: Callable[[Any], GvgGoal], request: Any) -> GoalResponse:
+        """Start the goal at once: its acceptance tells the sender that the next cycle will follow it."""
+        try:
+            self._server().start(to_goal(request))
+        except GvgError as error:
+            self._node.get_logger().warning(f"goal refused: {error}")
+            return GoalResponse.REJECT
+        if self._handle is not None:
+            self._finish(success=False, message="a new goal took its place", event=0)
+        return GoalResponse.ACCEPT
+
+    def _on_accepted(self, handle: Any) -> None:
+        self._handle = handle
+
+    def _on_cancel(self, _: Any) -> CancelResponse:
+        self._server().start(GvgGoal(GoalKind.STOP))
+        return CancelResponse.ACCEPT
+
+    def _finish(self, *, success: bool, message: str, event: int) -> None:
+        handle, self._handle = self._handle, None
+        self._result = (success, message, event)
+        handle.execute()
+
+    def _on_end(self, kind: Any, handle: Any) -> Any:
+        success, message, event = self._result
+        if handle.is_cancel_requested:
+            handle.canceled()
+        elif success:
+            handle.succeed()
+        else:
+            handle.abort()
+        return kind.Result(success=success, message=message, event=event)

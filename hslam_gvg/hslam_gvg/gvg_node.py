@@ -1,0 +1,114 @@
+"""The GVG level as a node: hears odometry and sonar, says the command and the events, takes goals as actions."""
+
+from dataclasses import dataclass
+
+from geometry_msgs.msg import Point, TwistStamped
+from hslam_msgs.msg import GvgEvent, NodeStatus, SonarRing
+from nav_msgs.msg import Odometry
+from rclpy.node import Node
+from std_msgs.msg import ColorRGBA
+from std_srvs.srv import Trigger
+from visualization_msgs.msg import Marker
+
+from hslam_gvg.config import GvgConfig
+from hslam_gvg.gvg_actions import GvgActions
+from hslam_gvg.server import GvgServer
+from hslam_ros import conversions
+from hslam_ros.parameters import declare
+from hslam_ros.qos import CYCLE, EVENTS, LATCHED, sensor_subscription
+from hslam_ros.spin import run
+from hslam_ros.stamps import NS_PER_S
+from hslam_ros.step_order import Cycle, StepOrder
+from hslam_types.config import Configuration, parameter
+from hslam_types.sensing import SCOUT_RING, OdometrySample, SonarSweep
+
+
+@dataclass(frozen=True)
+class GvgNodeConfig(Configuration):
+    """How the node is joined to the others, and what it shows."""
+
+    lockstep: bool = parameter(True, "wait for the sonar of every cycle however long it takes")
+    hold_back_s: float = parameter(
+        0.1, "running free: how long a cycle waits for its sonar", low=0.0, high=5.0, unit="s"
+    )
+    map_every_s: float = parameter(1.0, "time between two pictures of the local map", low=0.0, high=60.0, unit="s")
+
+
+class GvgNode(Node):
+    """Puts inputs in order of stamp, hands each cycle to the server, publishes what comes of it."""
+
+    def __init__(self) -> None:
+        """Declare parameters, topics and actions; raises ConfigurationError on a bad parameter."""
+        super().__init__("gvg")
+        self._config = declare(self, GvgNodeConfig)
+        self._gvg_config = declare(self, GvgConfig)
+        self._server = GvgServer(self._gvg_config)
+        hold_ns = None if self._config.lockstep else round(self._config.hold_back_s * NS_PER_S)
+        self._order = StepOrder(implicit=["sonar"], hold_ns=hold_ns)
+        self._events_said = 0
+        self._next_map_ns = 0
+        self._command = self.create_publisher(TwistStamped, "cmd_vel", CYCLE)
+        self._events = self.create_publisher(GvgEvent, "~/events", EVENTS)
+        self._status = self.create_publisher(NodeStatus, "~/status", CYCLE)
+        self._map = self.create_publisher(Marker, "~/local_map", LATCHED)
+        sensors = sensor_subscription(self._config.lockstep)
+        self.create_subscription(Odometry, "odom", self._on_odometry, sensors)
+        self.create_subscription(SonarRing, "sonar", self._on_sonar, sensors)
+        self.create_service(Trigger, "~/reset", self._on_reset)
+        self._actions = GvgActions(self, lambda: self._server)
+
+    def _on_odometry(self, msg: Odometry) -> None:
+        sample = conversions.odometry_from_msg(msg)
+        self._order.tick(sample.stamp_ns, sample)
+        self._work()
+
+    def _on_sonar(self, msg: SonarRing) -> None:
+        sweep = conversions.sonar_from_msg(msg)
+        self._order.put("sonar", sweep.stamp_ns, sweep)
+        self._work()
+
+    def _work(self) -> None:
+        for cycle in self._order.ready():
+            self._step(cycle)
+
+    def _step(self, cycle: Cycle) -> None:
+        odom: OdometrySample = cycle.clock
+        out = self._server.step(odom, _joined(cycle.stamp_ns, cycle.inputs["sonar"]))
+        self._command.publish(conversions.velocity_to_msg(out.command, cycle.stamp_ns))
+        for event in out.events:
+            self._events.publish(conversions.event_to_msg(event))
+        self._events_said += len(out.events)
+        about = conversions.header(cycle.stamp_ns, "")
+        status = NodeStatus(header=about, node=self.get_name(), outputs=self._events_said, state=out.state.value)
+        self._status.publish(status)
+        self._actions.after_step(out)
+        if cycle.stamp_ns >= self._next_map_ns and self._map.get_subscription_count():
+            self._next_map_ns = cycle.stamp_ns + round(self._config.map_every_s * NS_PER_S)
+            self._map.publish(self._local_map(cycle.stamp_ns))
+
+    def _local_map(self, stamp_ns: int) -> Marker:
+        """Return the obstacle points as markers in odom."""
+        points = [Point(x=x, y=y) for x, y in self._server.map.points().tolist()]
+        marker = Marker(header=conversions.header(stamp_ns, "odom"), ns="local_map", type=Marker.POINTS, points=points)
+        marker.color = ColorRGBA(r=0.1, g=0.1, b=0.1, a=1.0)
+        marker.scale.x = marker.scale.y = 0.05
+        marker.pose.orientation.w = 1.0
+        return marker
+
+    def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self._server = GvgServer(self._gvg_config)
+        response.success, response.message = True, "local map and goal forgotten"
+        return response
+
+
+def _joined(stamp_ns: int, sweeps: tuple[SonarSweep, ...]) -> SonarSweep:
+    """Return the cycle's sweeps as one; running free there may be none, or several."""
+    if len(sweeps) == 1:
+        return sweeps[0]
+    ring = sweeps[-1].ring if sweeps else SCOUT_RING
+    return SonarSweep(stamp_ns, ring, tuple(ping for sweep in sweeps for ping in sweep.pings))
+
+
+def main() -> None:
+    """Run the node until a signal."""
+    run(GvgNode)
