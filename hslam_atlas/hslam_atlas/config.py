@@ -16,6 +16,9 @@ class AtlasConfig(Configuration):
     origin_repeat_m: float = parameter(
         0.06, "Repeatability of a meet point between visits.", low=0.001, high=1.0, unit="m"
     )
+    boundary_repeat_m: float = parameter(
+        0.3, "Repeatability of a boundary point between visits.", low=0.001, high=2.0, unit="m"
+    )
     bearing_repeat: float = parameter(
         math.radians(5.0), "Repeatability of a branch's bearing between visits.", low=0.001, high=1.0, unit="rad"
     )

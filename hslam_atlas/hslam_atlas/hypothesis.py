@@ -17,7 +17,11 @@ from hslam_types.gvg_events import NodeKind
 from hslam_types.se2 import SE2, wrap
 
 _POSE_MOST = 6.0
-"""No pose is worth more nats: filters are optimistic."""
+"""No density of a pose is worth more nats: filters are optimistic."""
+_POSE_ALONE = 8.0
+"""Evidence of pose and exclusion that needs no map to support it."""
+_CROWDED = 0.02
+"""Chance of a second node nearer to one than its obstacles: the reduced GVG has none, sensing errs."""
 _START_SPACING = math.radians(6.0)
 """Spacing of the headings the alignment is started from."""
 
@@ -46,8 +50,8 @@ class Hypothesis:
     """Log-odds against "a new node" (nats)."""
     branches: tuple[int | None, ...]
     """For each of the sight's branches the node's key."""
-    map_agrees: bool
-    """Whether some stored constellation matched."""
+    credible: bool
+    """Whether some stored constellation matched or, where none speaks against it, the pose leaves no other node."""
 
 
 def weigh(
@@ -60,14 +64,13 @@ def weigh(
     config: AtlasConfig,
 ) -> Hypothesis | None:
     """Weigh one node against the sight whose chained pose in it is given; None where the pose rules it out."""
-    pose = _pose_evidence(sight_in_node, config)
+    pose = _pose_evidence(sight_in_node, 0.8 * min(node.clearance_m, sight.clearance_m), config)
     if pose is None:
         return None
     match, refined = best_constellation(graph, maps, node, sight, sight_in_node, config)
     evidence = pose + view_evidence(node, sight) + (look_alikes.capped(match.evidence) if match else 0.0)
-    return Hypothesis(
-        node.id, refined, evidence, align_branches(node, sight, refined.pose, config), bool(match and match.agrees)
-    )
+    credible = match.agrees if match and match.evidence < 0.0 else pose > _POSE_ALONE or bool(match and match.agrees)
+    return Hypothesis(node.id, refined, evidence, align_branches(node, sight, refined.pose, config), credible)
 
 
 def align_branches(node: Node, sight: Sight, sight_in_node: SE2, config: AtlasConfig) -> tuple[int | None, ...]:
@@ -128,12 +131,17 @@ def _starts(heading_std: float) -> list[float]:
     return [k * _START_SPACING for k in sorted(range(-reach, reach + 1), key=abs)]
 
 
-def _pose_evidence(sight_in_node: UncertainPose, config: AtlasConfig) -> float | None:
-    """Return log of the position's density over that of nodes in general, None beyond the gate."""
+def _pose_evidence(sight_in_node: UncertainPose, crowded_m: float, config: AtlasConfig) -> float | None:
+    """Return log of the position's density over that of nodes in general, None beyond the gate.
+
+    Within ``crowded_m`` of a node there is hardly another: where the pose is sure to lie there, that speaks too.
+    """
     spread = sight_in_node.covariance[:2, :2] * config.chain_inflation**2 + 2.0 * config.origin_repeat_m**2 * np.eye(2)
     position = np.array(sight_in_node.pose[:2])
     chi = float(position @ np.linalg.solve(spread, position))
     if chi > config.pose_gate:
         return None
     density = -0.5 * chi - 0.5 * math.log(float(np.linalg.det(spread))) - math.log(2.0 * math.pi)
-    return min(density - math.log(config.node_density), _POSE_MOST)
+    room = max(crowded_m - math.hypot(*position), 0.0)
+    outside = math.exp(-0.5 * room**2 / float(np.linalg.eigvalsh(spread)[-1]))
+    return min(density - math.log(config.node_density), _POSE_MOST) - math.log(_CROWDED + (1.0 - _CROWDED) * outside)

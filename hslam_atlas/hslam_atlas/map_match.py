@@ -36,12 +36,28 @@ class MapMatch:
 
 
 def match_edges(
-    existing: EdgeMap, candidate: EdgeMap, prior: SE2, prior_covariance: Array, config: AtlasConfig
+    existing: EdgeMap,
+    candidate: EdgeMap,
+    prior: SE2,
+    prior_covariance: Array,
+    terminal_noise_m: float,
+    config: AtlasConfig,
 ) -> MapMatch:
-    """Match two maps of, maybe, one edge, both with their origins at, maybe, the same node."""
-    maps = whole(existing), whole(candidate)
+    """Match two maps of, maybe, one edge, both with their origins at, maybe, the same node.
+
+    ``terminal_noise_m``: how far the far node may seem moved between two visits (standard deviation).
+    """
     density = _density(existing, candidate)
-    alignment = _align(*maps, prior, prior_covariance, density, config)
+    alignment = align(
+        whole(existing),
+        whole(candidate),
+        prior,
+        prior_covariance,
+        density=density,
+        pair_noise_m=config.pair_noise_m,
+        terminal_noise_m=terminal_noise_m,
+        gate=config.pair_gate,
+    )
     return _judge(alignment, existing.size, candidate.size, density, config.visible_edge, config)
 
 
@@ -50,9 +66,17 @@ def match_constellations(
 ) -> MapMatch:
     """Match what two maps hold about their origins, maybe the same node."""
     near_e, near_c = near(existing, config.near_m + 1.0), near(candidate, config.near_m + 1.0)
-    maps = part(existing, near_e), part(candidate, near_c)
     density = _density(existing, candidate)
-    alignment = _align(*maps, prior, prior_covariance, density, config)
+    alignment = align(
+        part(existing, near_e),
+        part(candidate, near_c),
+        prior,
+        prior_covariance,
+        density=density,
+        pair_noise_m=config.pair_noise_m,
+        terminal_noise_m=0.0,
+        gate=config.pair_gate,
+    )
     # A ring beyond near_m may serve as partner but is not missed when it finds none.
     inner_e = set(np.flatnonzero(np.hypot(*existing.landmarks[near_e].T) < config.near_m).tolist())
     inner_c = set(np.flatnonzero(np.hypot(*candidate.landmarks[near_c].T) < config.near_m).tolist())
@@ -76,16 +100,6 @@ def part(edge_map: EdgeMap, indices: Indices) -> PointMap:
     """Return some of an edge-map's landmarks, without the terminal."""
     rows = (2 + 2 * indices[:, None] + np.arange(2)).reshape(-1)
     return PointMap(edge_map.landmarks[indices], edge_map.covariance[np.ix_(rows, rows)], tied=False)
-
-
-def _align(
-    existing: PointMap, candidate: PointMap, prior: SE2, prior_covariance: Array, density: float, config: AtlasConfig
-) -> Alignment:
-    return align(
-        existing, candidate, prior, prior_covariance,
-        density=density, pair_noise_m=config.pair_noise_m, terminal_noise_m=config.origin_repeat_m * math.sqrt(2.0),
-        gate=config.pair_gate,
-    )  # fmt: skip
 
 
 def _density(existing: EdgeMap, candidate: EdgeMap) -> float:

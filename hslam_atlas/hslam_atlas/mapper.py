@@ -151,9 +151,9 @@ class Mapper:
         if not hypotheses:
             return False
         best = hypotheses[0]
-        second = max((h.evidence for h in hypotheses[1:]), default=0.0)
-        lead = best.evidence - max(second, 0.0)
-        if best.evidence < config.close_evidence or lead < config.close_margin or not best.map_agrees:
+        rivals = [h.evidence for h in hypotheses[1:] if not self.questions.likely_one(best.node, h.node)]
+        lead = best.evidence - max(rivals, default=0.0)
+        if best.evidence < config.close_evidence or lead < config.close_margin or not best.credible:
             return False
         node = self.state.graph.nodes[best.node]
         key = best.branches[sight.come_along] if sight.come_along >= 0 else None

@@ -9,6 +9,8 @@ from hslam_atlas.uncertain_pose import UncertainPose
 
 _AGAINST = 4.0
 """What an edge that contradicts costs (nats): not all, for a node may have been passed unnoticed."""
+_LIKELY = 4.0
+"""Evidence (nats) beyond which two nodes are taken for likely one."""
 _IMPOSSIBLE = 20.0
 """What a refused merge costs."""
 
@@ -36,6 +38,10 @@ class Questions:
     def of(self, node: int) -> list[Question]:
         """Return the questions about a node, the likeliest answer first."""
         return sorted((q for q in self.open if q.node == node), key=lambda q: (-q.evidence, q.other))
+
+    def likely_one(self, a: int, b: int) -> bool:
+        """Whether two nodes are likely one themselves, and so no rivals as answers to a question."""
+        return any({q.node, q.other} == {a, b} and q.evidence > _LIKELY for q in self.open)
 
     def add(self, question: Question) -> None:
         """Open a question."""
@@ -77,7 +83,8 @@ class Questions:
         for q in sorted(self.open, key=lambda q: (-q.evidence, q.node, q.other)):
             if q.evidence < state.config.close_evidence:
                 return None
-            rivals = [r.evidence for r in self.open if r is not q and r.node == q.node]
+            others = [r for r in self.open if r is not q and r.node == q.node]
+            rivals = [r.evidence for r in others if not self.likely_one(q.other, r.other)]
             if q.evidence - max(rivals, default=0.0) >= state.config.close_margin:
                 return q
         return None

@@ -13,6 +13,7 @@ from hslam_atlas.state import AtlasState
 from hslam_atlas.uncertain_pose import UncertainPose
 from hslam_types.edge_map import EdgeMap
 from hslam_types.edge_map_transform import reverse
+from hslam_types.gvg_events import NodeKind
 from hslam_types.se2 import SE2, wrap
 
 _FEW_LANDMARKS = 4
@@ -38,14 +39,20 @@ def compare(
     stored = state.maps.seen_from(edge.id, end)
     if abs(stored.terminal_x - edge_map.terminal_x) > state.config.length_tolerance_m:
         return None
-    repeat = state.config.origin_repeat_m
+    near, far = (_repeat_m(state, edge.ends[i].node) for i in (end, 1 - end))
     if stored.terminal_x >= _SHORT_M:  # both x axes pass through the same two meet points
-        heading, heading_std = 0.0, 2.0 * repeat / stored.terminal_x + math.radians(0.1)
+        heading, heading_std = 0.0, (near + far) / stored.terminal_x + math.radians(0.1)
     else:
         heading = wrap(frame_in_node.pose.theta - edge.ends[end].frame_in_node.pose.theta)
         heading_std = math.radians(8.0)
-    prior = np.diag([2.0 * repeat**2, 2.0 * repeat**2, heading_std**2])
-    return match_edges(stored, edge_map, SE2(0.0, 0.0, heading), prior, state.config)
+    prior = np.diag([2.0 * near**2, 2.0 * near**2, heading_std**2])
+    return match_edges(stored, edge_map, SE2(0.0, 0.0, heading), prior, math.sqrt(2.0) * far, state.config)
+
+
+def _repeat_m(state: AtlasState, node: int) -> float:
+    """Return how well a node's position repeats between visits."""
+    meets = state.graph.nodes[node].kind is NodeKind.MEET_POINT
+    return state.config.origin_repeat_m if meets else state.config.boundary_repeat_m
 
 
 def convinces(match: MapMatch | None, edge: Edge, edge_map: EdgeMap, state: AtlasState) -> bool:
