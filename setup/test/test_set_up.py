@@ -1,0 +1,104 @@
+"""The set-up: what it says of a machine that lacks something, and when it takes a tree for current."""
+
+import os
+import stat
+import subprocess
+from pathlib import Path
+
+import launchers
+import machine
+import pytest
+import stamps
+
+SETUP = Path(machine.__file__).parent
+
+
+def find_python(*arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
+    command = ["/bin/sh", str(SETUP / "find_python.sh"), *arguments]
+    return subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+
+
+def executable(path: Path, text: str) -> Path:
+    path.write_text(text)
+    path.chmod(path.stat().st_mode | stat.S_IXUSR)
+    return path
+
+
+def test_no_python_is_one_line_that_says_what_to_install(tmp_path: Path) -> None:
+    answer = find_python(PATH=str(tmp_path), HSLAM_ROS=str(tmp_path))
+    assert answer.returncode == 1
+    assert answer.stdout == ""
+    assert answer.stderr.count("\n") == 1
+    assert "apt install python3" in answer.stderr
+
+
+def test_a_python_that_does_not_fit_is_passed_over(tmp_path: Path) -> None:
+    executable(tmp_path / "python3", "#!/bin/sh\nexit 1\n")
+    executable(tmp_path / "python3.12", "#!/bin/sh\necho /it/is/this\n")
+    assert find_python(PATH=str(tmp_path), HSLAM_ROS=str(tmp_path)).stdout == "/it/is/this\n"
+
+
+def test_a_missing_compiler_is_named_with_its_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PATH", str(tmp_path))
+    monkeypatch.delenv("CXX", raising=False)
+    with pytest.raises(machine.SetUpError, match=r"a C\+\+ compiler.*apt install g\+\+"):
+        machine.check(None)
+    executable(tmp_path / "g++", "#!/bin/sh\n")
+    assert not machine.compiler_missing()
+
+
+def test_a_ros_without_generators_is_named(tmp_path: Path) -> None:
+    with pytest.raises(machine.SetUpError, match="cannot build messages"):
+        machine.check(tmp_path)
+
+
+@pytest.fixture
+def package(tmp_path: Path) -> Path:
+    folder = tmp_path / "some_package"
+    (folder / "config").mkdir(parents=True)
+    (folder / "config" / "a.yaml").write_text("a: 1\n")
+    (folder / "package.xml").write_text("<package/>\n")
+    (folder / "node.py").write_text("")
+    return folder
+
+
+def test_the_build_is_keyed_on_manifests_and_on_names_of_linked_files(tmp_path: Path, package: Path) -> None:
+    lock = tmp_path / "a.lock"
+    lock.write_text("x==1\n")
+
+    def stamp() -> str:
+        return stamps.built_stamp(tmp_path, None, [package], lock)
+
+    first = stamp()
+    (package / "node.py").write_text("changed = True\n")
+    (package / "config" / "a.yaml").write_text("a: 2\n")
+    assert stamp() == first, "linked files need no build"
+    (package / "config" / "b.yaml").write_text("b: 1\n")
+    second = stamp()
+    (package / "package.xml").write_text("<package format='3'/>\n")
+    third = stamp()
+    lock.write_text("x==2\n")
+    assert len({first, second, third, stamp()}) == 4
+
+
+def test_a_stamp_is_read_as_it_was_written(tmp_path: Path) -> None:
+    path = tmp_path / "folder" / "some.stamp"
+    assert stamps.read(path) is None
+    stamps.write(path, "one")
+    stamps.write(path, "two")
+    assert stamps.read(path) == "two"
+    assert [entry.name for entry in path.parent.iterdir()] == ["some.stamp"]
+
+
+def test_the_launchers_environment_is_that_of_the_workspace(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    venv = tmp_path / "a venv"
+    (venv / "bin").mkdir(parents=True)
+    (tmp_path / "install").mkdir()
+    (tmp_path / "install" / "local_setup.sh").write_text('export PYTHONPATH="/some/where:$PYTHONPATH"\n')
+    monkeypatch.setenv("PATH", f"{venv / 'bin'}{os.pathsep}{os.environ['PATH']}")
+    monkeypatch.setenv("PYTHONPATH", "/another/workspace")
+    launchers.write_launchers(tmp_path, venv, None)
+    command = [str(venv / "bin" / "hslam-env"), "/bin/sh", "-c", 'echo "$PATH|$PYTHONPATH|$AMENT_PREFIX_PATH"']
+    outside = {"PATH": "/usr/bin:/bin", "PYTHONPATH": "/another/workspace"}
+    said = subprocess.run(command, env=outside, capture_output=True, text=True, check=True).stdout.strip()
+    assert said == f"{venv / 'bin'}:/usr/bin:/bin|/some/where|{venv}"
