@@ -125,8 +125,11 @@ class AtlasStore:
         db, graph = self._db, AtlasGraph()
         for node_id, kind, clearance in db.execute("SELECT id, kind, clearance FROM nodes ORDER BY id"):
             graph.nodes[node_id] = Node(node_id, NodeKind(kind), clearance)
-        for node_id, key, *values, given_up in db.execute("SELECT * FROM branches ORDER BY node, key"):
-            graph.nodes[node_id].branches[key] = Branch(key, *values, given_up=bool(given_up))
+        for node_id, key, bearing, edge, seen, missed, attempts, given_up in db.execute(
+            "SELECT * FROM branches ORDER BY node, key"
+        ):
+            branch = Branch(key, bearing, edge, seen, missed, attempts, bool(given_up))
+            graph.nodes[node_id].branches[key] = branch
         for node_id, sequence, stamp_ns in db.execute("SELECT * FROM visits ORDER BY node, sequence"):
             graph.nodes[node_id].visits.append((sequence, stamp_ns))
         for row in db.execute("SELECT * FROM edges ORDER BY id"):
