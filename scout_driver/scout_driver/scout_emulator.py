@@ -24,7 +24,7 @@ from hslam_types.config import Configuration, parameter
 from hslam_types.sensing import OdometrySample
 from scout_driver.clock import WallClock
 from scout_driver.emulator.answers import Answers
-from scout_driver.emulator.base import TICK_S, EmulatedBase
+from scout_driver.emulator.base import EmulatedBase
 from scout_driver.emulator.config import EmulatorConfig, FaultConfig
 from scout_driver.emulator.faults import Faults
 from scout_driver.emulator.line import EmulatedLine
@@ -35,6 +35,8 @@ from scout_driver.emulator.simulated_floor import SimulatedFloor
 NS_PER_MS = 1_000_000
 CYCLE_GAP_MS = 30
 """A state after so long a pause begins a cycle of the driver, which publishes it; looks go with these alone."""
+LOCKSTEP_TICK_MS = 30
+"""In lock-step only whole steps are looked at; the tick is that of the direct simulation."""
 FAULT_STREAM = 4
 """Stream of chance of the faults, after the four of the simulation."""
 
@@ -68,10 +70,10 @@ class EmulatorNode(Node):
         config, faults = declare(self, EmulatorConfig, "base."), declare(self, FaultConfig, "faults.")
         landmarks = declare(self, LandmarkConfiguration, "landmarks.")
         if self._run.lockstep:
-            config = dataclasses.replace(config, exchange_s=self._run.step_s)
+            config = dataclasses.replace(config, exchange_s=self._run.step_s, tick_ms=LOCKSTEP_TICK_MS)
         world = load_world(self._run.world, landmark_seed=self._run.landmark_seed)
         simulated = SimulationConfiguration(landmarks=landmarks)
-        self._floor = SimulatedFloor(world, TICK_S, self._run.seed, simulated)
+        self._floor = SimulatedFloor(world, config.tick_ms * 1e-3, self._run.seed, simulated)
         self._base = EmulatedBase(self._floor, config)
         rng = np.random.default_rng([self._run.seed, FAULT_STREAM])
         line = EmulatedLine(self._base, config, Faults(faults, rng))

@@ -31,8 +31,6 @@ from scout_driver.units import (
     speed_units,
 )
 
-TICK_MS = 10
-TICK_S = TICK_MS * 1e-3
 FULL_TURN = 3600
 COUNTER_MS = 1 << 32
 BATTERY_HIGH = 2
@@ -44,7 +42,7 @@ class EmulatedBase:
     def __init__(self, floor: Floor, config: EmulatorConfig) -> None:
         """Switch the base on, standing still."""
         self._floor, self._config = floor, config
-        self._ticks = 0
+        self._ticks, self._tick_s = 0, config.tick_ms * 1e-3
         self._drive = WheelDrive(config.acceleration_m_s2, config.wheel_speed_max_m_s)
         self.sonar = SonarBoard(config.sonar_no_echo)
         self._watchdog_s, self._fed_s = 0.0, 0.0
@@ -58,12 +56,12 @@ class EmulatedBase:
     @property
     def now_s(self) -> float:
         """Board time."""
-        return self._ticks * TICK_S
+        return self._ticks * self._tick_s
 
     @property
     def board_ms(self) -> int:
         """Board time as the state frame tells it."""
-        return self._ticks * TICK_MS % COUNTER_MS
+        return self._ticks * self._config.tick_ms % COUNTER_MS
 
     @property
     def moving(self) -> bool:
@@ -72,18 +70,22 @@ class EmulatedBase:
 
     def advance(self, to_s: float) -> None:
         """Let time pass up to the last tick not after ``to_s``."""
-        while (self._ticks + 1) * TICK_S <= to_s + 1e-9:
+        while (self._ticks + 1) * self._tick_s <= to_s + 1e-9:
             self._tick()
 
     def handle(self, command: Command) -> Frame | None:
         """Carry out a command and return its reply; None if that has to wait (WS), see `waited`."""
+        self.carry_out(command)
+        return self.waited() if command.kind == CommandKind.WAIT_STOPPED else self.reply(command.kind)
+
+    def carry_out(self, command: Command) -> None:
+        """Do what a command says."""
         kind = command.kind
         if kind != CommandKind.STATE or self._config.state_feeds_watchdog:
             self._fed_s = self.now_s
         if kind == CommandKind.WAIT_STOPPED:
             self._waiting_until_s = self.now_s + command.values[3]
-            return self.waited()
-        if kind in _MOTION:
+        elif kind in _MOTION:
             self._move(kind, command.values)
         elif kind in _ENCODER:
             self._define(kind, command.values)
@@ -91,7 +93,6 @@ class EmulatedBase:
             self.sonar.configure(command.values[0], command.values[1:], self.now_s)
         elif kind == CommandKind.CONFIGURE_WATCHDOG:
             self._watchdog_s = float(command.values[0])
-        return self.reply(kind)
 
     def reply(self, kind: CommandKind) -> Frame:
         """Return the reply to a command of ``kind``, as of now."""
@@ -153,7 +154,7 @@ class EmulatedBase:
         if self._watchdog_s and silent_s >= self._watchdog_s and self._drive.wants_to_move:
             self._drive.stop()
             self.aborts += 1
-        self._floor.drive(self._drive.tick(TICK_S, braked=self.emergency_stop), TICK_S)
+        self._floor.drive(self._drive.tick(self._tick_s, braked=self.emergency_stop), self._tick_s)
         self._ticks += 1
         if self._floor.bumped:
             self._bumped_s = self.now_s

@@ -13,6 +13,9 @@ class EmulatorConfig(Configuration):
     processing_s: float = parameter(
         0.001, "from the end of a command to the start of its reply (assumed)", low=0.0, high=1.0, unit="s"
     )
+    tick_ms: int = parameter(
+        10, "resolution of the emulation; what a state tells was true at a tick", low=1, high=60, unit="ms"
+    )
     exchange_s: float = parameter(
         0.0,
         "above 0: lock-step; each command moves the world on by so much and is answered at once",

@@ -129,7 +129,7 @@ class EmulatedLine:
         """Return the reply; in lock-step the state is that of the end of the step the command began."""
         if self._config.exchange_s == 0.0:
             return self.base.handle(command)
-        self.base.handle(command)
+        self.base.carry_out(command)
         self.base.advance(self.base.now_s + self._config.exchange_s)
         return self.base.reply(command.kind)
 

@@ -84,10 +84,14 @@ class SimulatedFloor:
         return self._base.travelled_m
 
     @property
+    def charge(self) -> float:
+        """Share of the battery's charge that is left, 0 to 1."""
+        return charge_left(self._config.battery, self._elapsed_s, self._base.travelled_m)
+
+    @property
     def volts(self) -> float:
         """Battery voltage."""
-        charge = charge_left(self._config.battery, self._elapsed_s, self._base.travelled_m)
-        return reported_voltage(self._config.battery, charge)
+        return reported_voltage(self._config.battery, self.charge)
 
     def drive(self, wheels: Wheels, duration_s: float) -> None:
         """Move for one tick."""
