@@ -83,6 +83,11 @@ class RecordNode(Node):
         ]
         self._find_topics()
 
+    @property
+    def recorded(self) -> int:
+        """Messages recorded so far."""
+        return self._recorder.message_count
+
     def _find_topics(self) -> None:
         """Listen to what is new, and to what has a new publisher."""
         for topic, types in sorted(self.get_topic_names_and_types()):

@@ -1,0 +1,322 @@
+"""Recording and replaying over DDS: nothing lost, nothing changed, nobody outrun."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+import rclpy
+from bag_messages import STRING, string_cdr
+from geometry_msgs.msg import Vector3Stamped
+from hslam_msgs.msg import NodeStatus
+from rclpy.executors import Executor
+from rclpy.experimental import EventsExecutor
+from rclpy.node import Node
+from rclpy.serialization import serialize_message
+from rclpy.signals import SignalHandlerOptions
+from rosgraph_msgs.msg import Clock
+from std_msgs.msg import String
+from std_srvs.srv import Trigger
+
+from hslam_bags.answers import NoAnswerError
+from hslam_bags.bag import Bag
+from hslam_bags.errors import BagError
+from hslam_bags.qos import LATCHED as LATCHED_OFFER
+from hslam_bags.qos import OfferedQos
+from hslam_bags.record_node import RecordNode
+from hslam_bags.recorder import Recorder
+from hslam_bags.replay_node import ReplayNode
+from hslam_ros.qos import CYCLE, LATCHED, SENSOR
+from hslam_ros.stamps import stamp_from_msg, stamp_to_msg
+from hslam_types.errors import ConfigurationError
+
+DOMAIN = 60 + os.getpid() % 40
+STEP_NS = 120_000_000
+
+
+class Stage:
+    """Nodes on one executor in one context."""
+
+    def __init__(self, **parameters: object) -> None:
+        arguments = ["--ros-args"]
+        for name, value in parameters.items():
+            arguments += ["-p", f"{name}:={str(value).lower() if isinstance(value, bool) else value}"]
+        rclpy.init(args=arguments, domain_id=DOMAIN, signal_handler_options=SignalHandlerOptions.NO)
+        self.nodes: list[Node] = []
+        self.executor: Executor = EventsExecutor()
+
+    def add(self, node: Node) -> Any:
+        self.nodes.append(node)
+        self.executor.add_node(node)
+        return node
+
+    def spin_until(self, predicate: Callable[[], bool], timeout_s: float = 20.0) -> None:
+        deadline = time.monotonic() + timeout_s
+        while not predicate():
+            assert time.monotonic() < deadline, "nothing came in time"
+            self.executor.spin_once(timeout_sec=0.05)
+
+    def close(self) -> None:
+        self.executor.shutdown()
+        for node in self.nodes:
+            if hasattr(node, "close"):
+                node.close()
+            node.destroy_node()
+        rclpy.shutdown()
+
+
+@pytest.fixture
+def staged() -> Iterator[Callable[..., Stage]]:
+    """Give a function that opens a stage with parameters for its nodes; it is closed afterwards."""
+    stages: list[Stage] = []
+
+    def open_stage(**parameters: object) -> Stage:
+        stages.append(Stage(**parameters))
+        return stages[-1]
+
+    yield open_stage
+    for stage in stages:
+        if rclpy.ok():
+            stage.close()
+
+
+def vector(stamp_ns: int, x: float) -> Vector3Stamped:
+    msg = Vector3Stamped()
+    msg.header.stamp = stamp_to_msg(stamp_ns)
+    msg.vector.x = x
+    return msg
+
+
+def publish_run(source: Node, steps: int) -> dict[str, list[bytes]]:
+    """Publish a clock and two sensors, one reliable and one not; return what was published."""
+    clock = source.create_publisher(Clock, "/clock", CYCLE)
+    reliable = source.create_publisher(Vector3Stamped, "odom", CYCLE)
+    unreliable = source.create_publisher(Vector3Stamped, "camera", SENSOR)
+    said: dict[str, list[bytes]] = {"/odom": [], "/camera": []}
+    for step in range(1, steps + 1):
+        clock.publish(Clock(clock=stamp_to_msg(step * STEP_NS)))
+        for topic, publisher in (("/odom", reliable), ("/camera", unreliable)):
+            said[topic].append(serialize_message(vector(step * STEP_NS, float(step))))
+            publisher.publish(said[topic][-1])
+    return said
+
+
+def test_records_everything_latched_and_late(staged: Callable[..., Stage], bag: Path) -> None:
+    stage = staged(path=bag, require="odom,camera", find_every_s=0.02)
+    source = stage.add(rclpy.create_node("source"))
+    latched = source.create_publisher(String, "map", LATCHED)
+    latched.publish(String(data="the floor"))  # before anyone records
+    answers: list[NodeStatus] = []
+    source.create_subscription(NodeStatus, "record/status", answers.append, LATCHED)
+    first = publish_run(source, 0)
+    assert first == {"/odom": [], "/camera": []}
+    recorder: RecordNode = stage.add(RecordNode())
+    stage.spin_until(lambda: bool(answers))
+    assert answers[0].header.stamp.sec == 2**31 - 1
+    said = publish_run(source, 15)
+    source.create_publisher(String, "late", LATCHED).publish(String(data="found later"))
+    stage.spin_until(lambda: recorder.recorded >= 15 * 3 + 2)
+    stage.close()
+    with Bag(bag) as opened:
+        heard: dict[str, list[bytes]] = {}
+        for message in opened.messages():
+            heard.setdefault(message.topic, []).append(message.raw)
+            if message.topic in said:
+                x = len(heard[message.topic])
+                assert message.log_ns == x * STEP_NS, "a message's time is its stamp"
+        assert {topic: heard[topic] for topic in said} == said
+        assert heard["/map"] == [serialize_message(String(data="the floor"))]
+        assert heard["/late"] == [serialize_message(String(data="found later"))]
+        assert opened.topics["/map"].offers[0].durability == "transient_local"
+        assert opened.topics["/camera"].offers[0].reliability == "best_effort"
+        assert opened.topics["/odom"].type_hash.startswith("RIHS01_")
+        assert "/record/status" not in opened.topics
+
+
+def record_cycles(bag: Path, steps: int, *, lag_ns: int = 0) -> None:
+    """Record odometry, looks and events of a run; events are logged ``lag_ns`` after their stamp."""
+    with Recorder(bag) as recorder:
+        recorder.add_topic("/map", STRING, (LATCHED_OFFER,))
+        recorder.write("/map", STRING, string_cdr("floor"), 0)
+        kind = "geometry_msgs/msg/Vector3Stamped"
+        for topic in ("/odom", "/landmarks", "/gvg/events"):
+            recorder.add_topic(topic, kind, (OfferedQos(depth=16, durability="transient_local"),))
+        for step in range(1, steps + 1):
+            stamp_ns = step * STEP_NS
+            raw = serialize_message(vector(stamp_ns, float(step)))
+            recorder.write("/odom", kind, raw, stamp_ns)
+            if step % 2 == 0:
+                recorder.write("/landmarks", kind, raw, stamp_ns)
+            if step % 5 == 0:
+                recorder.write("/gvg/events", kind, raw, stamp_ns + lag_ns)
+            status = serialize_message(NodeStatus(node="ekf", state="recorded"))
+            recorder.write("/ekf/status", "hslam_msgs/msg/NodeStatus", status, stamp_ns)
+
+
+class Listener(Node):
+    """Plays the live ekf: keeps the order in which it hears things, and answers when told to."""
+
+    def __init__(self) -> None:
+        super().__init__("ekf")
+        self.heard: list[tuple[str, int]] = []
+        self.promised: dict[str, int] = {}
+        self.maps: list[String] = []
+        self.clock: list[int] = []
+        for topic in ("odom", "landmarks", "gvg/events"):
+            self.create_subscription(Vector3Stamped, topic, lambda msg, topic=topic: self._hear(topic, msg), CYCLE)
+        for source in ("sim", "gvg"):
+            self.create_subscription(NodeStatus, f"{source}/status", self._promise, CYCLE)
+        self.create_subscription(String, "map", self.maps.append, LATCHED)
+        self.create_subscription(Clock, "/clock", lambda msg: self.clock.append(stamp_from_msg(msg.clock)), CYCLE)
+        self._status = self.create_publisher(NodeStatus, "~/status", CYCLE)
+
+    def _hear(self, topic: str, msg: Vector3Stamped) -> None:
+        self.heard.append((topic, round(msg.vector.x)))
+
+    def _promise(self, msg: NodeStatus) -> None:
+        self.promised[msg.node] = msg.outputs
+
+    def count(self, topic: str) -> int:
+        return sum(name == topic for name, _ in self.heard)
+
+    def answer(self, step: int) -> None:
+        msg = NodeStatus(node="ekf")
+        msg.header.stamp = stamp_to_msg(step * STEP_NS)
+        self._status.publish(msg)
+
+
+@pytest.mark.parametrize("lag_ns", [0, STEP_NS + STEP_NS // 2])
+def test_lock_step_waits_for_each_answer_and_promises_what_it_sent(
+    staged: Callable[..., Stage], bag: Path, lag_ns: int
+) -> None:
+    steps = 40
+    record_cycles(bag, steps, lag_ns=lag_ns)
+    stage = staged(path=bag, lockstep=True, live="ekf")
+    ekf: Listener = stage.add(Listener())
+    replay: ReplayNode = stage.add(ReplayNode())
+    for step in range(1, steps + 1):
+        due = {"odom": step, "landmarks": step // 2, "gvg/events": step // 5}
+        stage.spin_until(
+            lambda step=step, due=due: (  # type: ignore[misc]
+                {name: ekf.count(name) for name in due} == due
+                and ekf.promised == {"sim": due["landmarks"], "gvg": due["gvg/events"]}
+                and ekf.clock[-1] == step * STEP_NS
+            )
+        )
+        assert not replay.finished
+        ekf.answer(step)
+    stage.spin_until(lambda: replay.finished)
+    assert [step for topic, step in ekf.heard if topic == "odom"] == list(range(1, steps + 1))
+    assert [msg.data for msg in ekf.maps] == ["floor"]
+
+
+def test_lock_step_names_a_node_that_does_not_answer(staged: Callable[..., Stage], bag: Path) -> None:
+    record_cycles(bag, 5)
+    stage = staged(path=bag, lockstep=True, live="ekf,atlas", start_within_s=0.3)
+    ekf: Listener = stage.add(Listener())
+    stage.add(ReplayNode())
+    stage.spin_until(lambda: ekf.count("odom") == 1)
+    ekf.answer(1)
+    with pytest.raises(NoAnswerError, match=r"no answer from atlas to the cycle at 0\.12 s"):
+        stage.spin_until(lambda: False, timeout_s=10.0)
+
+
+def test_replays_at_a_rate_with_pause_and_step(staged: Callable[..., Stage], bag: Path) -> None:
+    steps = 50
+    record_cycles(bag, steps)
+    stage = staged(path=bag, rate=50.0, paused=True, delay_s=0.0, start_s=10 * STEP_NS * 1e-9, topics="odom,map")
+    ekf: Listener = stage.add(Listener())
+    replay: ReplayNode = stage.add(ReplayNode())
+    calls = {name: ekf.create_client(Trigger, f"/replay/{name}") for name in ("step", "resume")}
+    assert all(client.wait_for_service(10.0) for client in calls.values())
+    for expected in (10, 11, 12):
+        answer = calls["step"].call_async(Trigger.Request())
+        stage.spin_until(lambda expected=expected: ekf.heard[-1:] == [("odom", expected)])  # type: ignore[misc]
+        stage.spin_until(answer.done)
+        assert answer.result().message == f"at rest at {expected * 0.12:.3f} s"
+    began = time.monotonic()
+    calls["resume"].call_async(Trigger.Request())
+    stage.spin_until(lambda: replay.finished)
+    assert time.monotonic() - began >= (steps - 12) * 0.12 / 50.0
+    stage.spin_until(lambda: ekf.count("odom") == steps - 9)
+    assert ekf.heard == [("odom", step) for step in range(10, steps + 1)]
+    assert ekf.clock == sorted(ekf.clock)
+
+
+def test_refuses_what_cannot_be_replayed(staged: Callable[..., Stage], bag: Path) -> None:
+    with Recorder(bag) as recorder:
+        recorder.write("/chatter", STRING, b"\0\1\0\0\xff\xff\xff\x7fno string is that long", 1)
+    stage = staged(path=bag, delay_s=0.0)
+    stage.add(ReplayNode())
+    with pytest.raises(BagError, match=r"bag: topic /chatter, message at 1 ns: does not decode as std_msgs/msg/String"):
+        stage.spin_until(lambda: False)
+    stage.close()
+    staged(path=bag, lockstep=True, live="ekf")
+    with pytest.raises(BagError, match=r"topic /odom: is not replayed, though it gives lock-step its cycles"):
+        ReplayNode()
+    rclpy.shutdown()
+    staged(path=bag, start_s=5.0)
+    with pytest.raises(BagError, match="holds no message to replay after the start"):
+        ReplayNode()
+    rclpy.shutdown()
+    staged(path=bag, lockstep=True)
+    with pytest.raises((ConfigurationError, BagError)):
+        ReplayNode()
+
+
+RECORD = [sys.executable, "-c", "from hslam_bags.record_node import main; main()", "--ros-args"]
+
+
+@pytest.mark.parametrize(("ending", "status"), [(signal.SIGINT, 0), (signal.SIGTERM, 0), (signal.SIGKILL, -9)])
+def test_however_it_ends_the_bag_opens(
+    staged: Callable[..., Stage], bag: Path, ending: signal.Signals, status: int
+) -> None:
+    stage = staged()
+    source = stage.add(rclpy.create_node("source"))
+    answers: list[NodeStatus] = []
+    source.create_subscription(NodeStatus, "record/status", answers.append, LATCHED)
+    publish_run(source, 0)
+    command = [*RECORD, "-p", f"path:={bag}", "-p", "require:=odom", "-p", "flush_every_s:=0.05"]
+    process = subprocess.Popen(command, env=os.environ | {"ROS_DOMAIN_ID": str(DOMAIN)})
+    try:
+        stage.spin_until(lambda: bool(answers))
+        publish_run(source, 15)
+        stage.spin_until(lambda: _counted(bag, "/odom") == 15)
+        process.send_signal(ending)
+        assert process.wait(20) == status
+    finally:
+        process.kill()
+        process.wait()
+    with Bag(bag) as opened:
+        assert sum(message.topic == "/odom" for message in opened.messages()) == 15
+
+
+def _counted(bag: Path, topic: str) -> int:
+    """Return how many messages of a topic a bag holds that is being recorded."""
+    try:
+        with Bag(bag) as opened:
+            return opened.counts.get(topic, 0)
+    except BagError:
+        return -1
+
+
+def test_a_bad_start_is_one_line(bag: Path) -> None:
+    bag.mkdir()
+    (bag / "thesis.txt").write_text("precious")
+    command = [*RECORD, "-p", f"path:={bag}"]
+    run = subprocess.run(
+        command,
+        env=os.environ | {"ROS_DOMAIN_ID": str(DOMAIN)},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert run.returncode == 1
+    assert [line for line in run.stderr.splitlines() if "not empty; nothing is overwritten" in line]
+    assert "Traceback" not in run.stderr
