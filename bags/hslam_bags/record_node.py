@@ -2,7 +2,6 @@
 
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -17,6 +16,7 @@ from hslam_bags.errors import BagError
 from hslam_bags.message_types import message_class
 from hslam_bags.qos import OfferedQos
 from hslam_bags.raw_topics import RawTopics
+from hslam_bags.record_configuration import RecordConfiguration
 from hslam_bags.recorder import Recorder, RecorderConfig
 from hslam_bags.recording_clock import RecordingClock
 from hslam_bags.ros_qos import offer_from_profile
@@ -24,7 +24,6 @@ from hslam_bags.topic_choice import TopicChoice, names
 from hslam_ros.parameters import declare
 from hslam_ros.qos import LATCHED
 from hslam_ros.spin import run
-from hslam_types.config import Configuration, parameter
 from hslam_types.errors import ConfigurationError
 
 CLOCK = "/clock"
@@ -35,26 +34,6 @@ _SWEEP_S = 0.005
 """Time between two sweeps over the topics; the middleware holds thousands of messages meanwhile."""
 
 Info = dict[str, Any]
-
-
-@dataclass(frozen=True)
-class RecordConfiguration(Configuration):
-    """What is recorded, and where to."""
-
-    path: str = parameter("", "folder of the bag, new or empty")
-    topics: str = parameter("", "names or regular expressions of the topics, by commas; empty: all")
-    exclude: str = parameter("/parameter_events", "names or regular expressions of topics left out, by commas")
-    hidden: bool = parameter(False, "record hidden topics too, such as those of actions")
-    times: str = parameter(
-        "stamp", "a message's time is its 'stamp', else the newest stamp heard; or when it was 'received'"
-    )
-    require: str = parameter(
-        "", "topics, by commas; once all are heard, ~/status says so to whoever waits with the first step"
-    )
-    find_every_s: float = parameter(0.1, "wall time between two looks for new topics", low=0.01, high=60.0, unit="s")
-    flush_every_s: float = parameter(
-        1.0, "wall time after which what was received is on disk", low=0.05, high=60.0, unit="s"
-    )
 
 
 class RecordNode(Node):

@@ -2,7 +2,6 @@
 
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
@@ -19,6 +18,7 @@ from hslam_bags.cycles import Portion, in_portions, in_stamp_order, stamp_of
 from hslam_bags.errors import BagError
 from hslam_bags.pace import Pace
 from hslam_bags.promises import COUNTED, Promises
+from hslam_bags.replay_configuration import ReplayConfiguration
 from hslam_bags.replay_topics import ReplayTopics
 from hslam_bags.stored import StoredMessage
 from hslam_bags.topic_choice import TopicChoice, names
@@ -27,36 +27,11 @@ from hslam_ros.parameters import declare
 from hslam_ros.qos import CYCLE
 from hslam_ros.spin import run
 from hslam_ros.stamps import NS_PER_S, stamp_from_msg, stamp_to_msg
-from hslam_types.config import Configuration, parameter
 from hslam_types.errors import ConfigurationError
 
 _TICK_S = 0.005
 _CLOCK_EVERY_NS = 25_000_000
 """Wall time between two messages on /clock when replaying at a rate (40 Hz, as `ros2 bag play` does)."""
-
-
-@dataclass(frozen=True)
-class ReplayConfiguration(Configuration):
-    """What is replayed, and how its time passes."""
-
-    path: str = parameter("", "the bag: a folder, or a .mcap or .db3 file")
-    topics: str = parameter("", "names or regular expressions of the topics, by commas; empty: all")
-    exclude: str = parameter("/rosout", "names or regular expressions of topics left out, by commas")
-    live: str = parameter(
-        "", "nodes that run now, by commas: what they said then is left out, lock-step waits for them"
-    )
-    lockstep: bool = parameter(
-        False, "publish a cycle when the live nodes have answered the one before; else at 'rate'"
-    )
-    cycle_topic: str = parameter("/odom", "lock-step: the topic whose stamps are the cycles")
-    rate: float = parameter(1.0, "bag time by wall time", low=0.001, high=1000.0)
-    start_s: float = parameter(0.0, "where to begin, from the first message", low=0.0, unit="s")
-    paused: bool = parameter(False, "begin at rest, to be woken by ~/resume or ~/step")
-    delay_s: float = parameter(1.0, "at a rate: wall time for subscribers to be found", low=0.0, high=60.0, unit="s")
-    start_within_s: float = parameter(
-        60.0, "lock-step: wall time for the answers to the first cycle", low=0.1, unit="s"
-    )
-    fail_after_s: float = parameter(10.0, "lock-step: wall time for the answers to a later cycle", low=0.1, unit="s")
 
 
 class ReplayNode(Node):
