@@ -1,11 +1,12 @@
 """Cycles come out complete and in order, however the messages of several topics interleave."""
 
 from random import Random
+from typing import Any
 
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hslam_ros.step_order import StepOrder
+from hslam_ros.step_order import Cycle, StepOrder
 
 
 def test_a_cycle_waits_for_an_implicit_stream() -> None:
@@ -54,8 +55,8 @@ def test_any_interleaving_gives_the_same_cycles(events_per_cycle: list[int], ran
     totals = [sum(events_per_cycle[: i + 1]) for i in range(len(events_per_cycle))]
     promises = [("promise", 10 * i, total) for i, total in enumerate(totals)]
     order = StepOrder(promised=["events"])
-    seen = []
-    topics = [clock, events, promises]
+    seen: list[Cycle] = []
+    topics: list[list[tuple[str, int, Any]]] = [[*clock], [*events], [*promises]]
     while any(topics):
         kind, stamp_ns, item = random.choice([topic for topic in topics if topic]).pop(0)
         if kind == "tick":

@@ -7,7 +7,7 @@ documentation are derived from it, so that no default exists twice.
 import dataclasses
 import math
 from collections.abc import Iterator, Mapping
-from typing import Any, NamedTuple, Self
+from typing import Any, NamedTuple, Self, cast
 
 from hslam_types.errors import ConfigurationError
 
@@ -24,7 +24,7 @@ class Parameter(NamedTuple):
 
 
 def parameter(
-    default: bool | int | float | str,
+    default: bool | float | str,
     meaning: str,
     *,
     low: float = -math.inf,
@@ -48,8 +48,8 @@ class Configuration:
     def parameters(cls) -> Iterator[Parameter]:
         """Yield every parameter in order of declaration."""
         for field in dataclasses.fields(cls):
-            about = field.metadata
-            yield Parameter(field.name, field.default, about["low"], about["high"], about["unit"], about["meaning"])
+            about, default = field.metadata, cast("bool | int | float | str", field.default)
+            yield Parameter(field.name, default, about["low"], about["high"], about["unit"], about["meaning"])
 
     @classmethod
     def from_mapping(cls, values: Mapping[str, Any]) -> Self:
@@ -68,7 +68,7 @@ def check(entry: Parameter, value: Any) -> None:
         raise ConfigurationError(
             f"parameter '{entry.name}' must be of type {kind.__name__}, not {value!r} ({entry.meaning})"
         )
-    if kind in (int, float) and not entry.low <= value <= entry.high:
+    if isinstance(value, int | float) and not entry.low <= value <= entry.high:
         raise ConfigurationError(
             f"parameter '{entry.name}' = {value} is outside [{entry.low}, {entry.high}] {entry.unit} ({entry.meaning})"
         )

@@ -57,7 +57,8 @@ class SE2(NamedTuple):
 
     def apply_all(self, points: Array) -> Array:
         """Map ``points`` (n x 2, m) from this pose's own frame into the frame it is given in."""
-        return points @ rotation(self.theta).T + np.array([self.x, self.y])
+        moved: Array = points @ rotation(self.theta).T + np.array([self.x, self.y])
+        return moved
 
 
 def rotation(theta: float) -> Array:

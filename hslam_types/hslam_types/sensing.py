@@ -23,7 +23,7 @@ class OdometrySample:
 
     stamp_ns: int
     base_in_odom: SE2
-    velocity: Velocity = Velocity()
+    velocity: Velocity = Velocity()  # noqa: RUF009 (a NamedTuple, immutable)
 
 
 class SonarPing(NamedTuple):
