@@ -2,21 +2,21 @@
 
 import math
 import os
+import time
 from collections.abc import Callable, Mapping
+from typing import Any
 
 import rclpy
 from hslam_msgs.msg import Atlas, NodeStatus
 from nav_msgs.msg import Odometry
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
-from rclpy.serialization import deserialize_message
 
 from hslam_bringup.fleet import Fleet, NodeProcess
 from hslam_bringup.isolation import private_domain
 from hslam_bringup.progress import Snapshot
 from hslam_bringup.run_options import RunOptions
 from hslam_bringup.run_report import RunEnd
-from hslam_ros.qos import CYCLE, LATCHED, SENSOR
+from hslam_ros.qos import LATCHED, SENSOR
 from hslam_ros.stamps import NS_PER_S, stamp_from_msg
 
 _LOOK_S = 0.25
@@ -53,7 +53,12 @@ def _nodes(options: RunOptions) -> list[NodeProcess]:
     }
     atlas = {"store": str(options.atlas), "mission": "explore"}
     return [
-        NodeProcess("recorder", "hslam_bags", "record_node", {"path": str(options.bag), "require": "odom,cmd_vel,gvg/events,ekf/edge_maps,atlas/atlas"}),
+        NodeProcess(
+            "recorder",
+            "hslam_bags",
+            "record_node",
+            {"path": str(options.bag), "require": "odom,cmd_vel,gvg/events,ekf/edge_maps,atlas/atlas"},
+        ),
         NodeProcess("gvg", "hslam_gvg", "gvg_node", parameters("gvg", {})),
         NodeProcess("ekf", "hslam_ekf", "ekf_node", parameters("ekf", {})),
         NodeProcess("atlas", "hslam_atlas", "atlas_node", parameters("atlas", atlas)),
@@ -61,35 +66,45 @@ def _nodes(options: RunOptions) -> list[NodeProcess]:
     ]
 
 
-class _Onlooker(Node):
-    """Follows a run from outside, for the display alone; messages are decoded only when it is redrawn."""
+class _Onlooker:
+    """Follows a run from outside, for the display alone: takes the newest of each topic when it looks.
+
+    No executor spins its subscriptions, so a message that nobody looks at costs the run nothing.
+    """
 
     def __init__(self, context: rclpy.Context) -> None:
-        super().__init__("hslam_onlooker", context=context)
-        self._raw: dict[type, bytes] = {}
+        self._node = Node("hslam_onlooker", context=context, enable_rosout=False, start_parameter_services=False)
+        self._subscriptions = {
+            kind: self._node.create_subscription(kind, topic, lambda _: None, qos)
+            for kind, topic, qos in (
+                (NodeStatus, "atlas/status", SENSOR),
+                (Atlas, "atlas/atlas", LATCHED),
+                (Odometry, "odom", SENSOR),
+            )
+        }
+        self._newest: dict[type, Any] = {}
         self._path_length_m = 0.0
         self._last_xy: tuple[float, float] | None = None
-        for kind, topic, qos in (
-            (NodeStatus, "atlas/status", CYCLE),
-            (Atlas, "atlas/atlas", LATCHED),
-            (Odometry, "odom", SENSOR),
-        ):
-            self.create_subscription(kind, topic, lambda raw, kind=kind: self._raw.update({kind: raw}), qos, raw=True)
 
     def look(self) -> Snapshot | None:
         """Return where the run stands, or None before it has begun."""
-        if NodeStatus not in self._raw:
+        for kind, subscription in self._subscriptions.items():
+            with subscription.handle:
+                while (taken := subscription.handle.take_message(kind, False)) is not None:
+                    self._newest[kind] = taken[0]
+        if not {NodeStatus, Odometry} <= self._newest.keys():
             return None
-        status = deserialize_message(self._raw[NodeStatus], NodeStatus)
-        atlas = deserialize_message(self._raw[Atlas], Atlas) if Atlas in self._raw else Atlas()
-        if Odometry in self._raw:
-            at = deserialize_message(self._raw[Odometry], Odometry).pose.pose.position
-            if self._last_xy is not None:
-                self._path_length_m += math.dist(self._last_xy, (at.x, at.y))
-            self._last_xy = (at.x, at.y)
+        atlas = self._newest.get(Atlas, Atlas())
+        at = self._newest[Odometry].pose.pose.position
+        self._path_length_m += math.dist(self._last_xy or (at.x, at.y), (at.x, at.y))
+        self._last_xy = (at.x, at.y)
         unexplored = sum(edge < 0 for node in atlas.nodes for edge in node.edges)
-        sim_time_s = stamp_from_msg(status.header.stamp) / NS_PER_S
+        sim_time_s = stamp_from_msg(self._newest[NodeStatus].header.stamp) / NS_PER_S
         return Snapshot(sim_time_s, len(atlas.nodes), len(atlas.edges), unexplored, self._path_length_m)
+
+    def close(self) -> None:
+        """Stop following."""
+        self._node.destroy_node()
 
 
 def _watch(fleet: Fleet, environment: Mapping[str, str], options: RunOptions, show: Callable[[Snapshot], None]) -> bool:
@@ -98,11 +113,9 @@ def _watch(fleet: Fleet, environment: Mapping[str, str], options: RunOptions, sh
     context = rclpy.Context()
     rclpy.init(context=context, domain_id=int(environment["ROS_DOMAIN_ID"]))
     onlooker = _Onlooker(context)
-    executor = SingleThreadedExecutor(context=context)
-    executor.add_node(onlooker)
     try:
         while not fleet.ended("sim"):
-            executor.spin_once(timeout_sec=_LOOK_S)
+            time.sleep(_LOOK_S)
             now = onlooker.look()
             if now is not None:
                 show(now)
@@ -110,5 +123,5 @@ def _watch(fleet: Fleet, environment: Mapping[str, str], options: RunOptions, sh
                     return False
         return True
     finally:
-        onlooker.destroy_node()
+        onlooker.close()
         context.try_shutdown()
