@@ -24,6 +24,8 @@ SAME_PLACE_M = 0.05
 SAME_AXIS = math.radians(4.0)
 EXPLAINED_M = 0.2
 """An unresolved echo this near a resolved point is that obstacle's."""
+WARY_M = 2.0
+"""Such echoes from this near are kept clear of all the same."""
 SUPPORT = 2
 """An obstacle has been heard more often than once or twice: other echoes lie beside it."""
 UNRESOLVED_M = 1.0
@@ -53,6 +55,7 @@ class ObstacleMap:
         self._px, self._py, self._born, self._support = columns[4], columns[5], columns[6], columns[7]
         self._kind = np.zeros(CAPACITY, dtype=np.int64)
         self._cache: Array | None = None
+        self._wary_cache: Array | None = None
 
     def move(self, base_in_odom: SE2) -> None:
         """Advance the odometer to a new pose."""
@@ -80,13 +83,24 @@ class ObstacleMap:
     def points(self) -> Array:
         """Return every point believed to be an obstacle (n x 2, m, odom); do not write into it."""
         if self._cache is None:
-            n = self._count
-            kind = self._kind[:n]
-            confirmed = (kind == UNRESOLVED) & (self._support[:n] >= SUPPORT) & (self._range[:n] < UNRESOLVED_M)
-            resolved = (kind == RESOLVED) & (self._support[:n] >= SUPPORT)
-            believed = resolved | (kind == FILL) | confirmed
-            self._cache = np.column_stack((self._px[:n][believed], self._py[:n][believed]))
+            self._cache = self._select(UNRESOLVED_M)
         return self._cache
+
+    def suspects(self) -> Array:
+        """Return the believed points and those that might yet prove obstacles: what to keep clear of (n x 2, m, odom)."""
+        if self._wary_cache is None:
+            self._wary_cache = self._select(WARY_M)
+        return self._wary_cache
+
+    def _select(self, unresolved_m: float) -> Array:
+        n = self._count
+        kind, heard_often = self._kind[:n], self._support[:n] >= SUPPORT
+        chosen = (kind == FILL) | (heard_often & (kind == RESOLVED))
+        chosen |= heard_often & (kind == UNRESOLVED) & (self._range[:n] < unresolved_m)
+        return np.column_stack((self._px[:n][chosen], self._py[:n][chosen]))
+
+    def _changed(self) -> None:
+        self._cache = self._wary_cache = None
 
     def add(self, arc: Arc, half_cone: float) -> None:
         """Place one echo by what the arcs in memory say about it."""
@@ -128,7 +142,7 @@ class ObstacleMap:
         self._insert(arc, x, y, kind)
         if wall_partner >= 0:
             self._fill(x, y, float(self._px[wall_partner]), float(self._py[wall_partner]))
-        self._cache = None
+        self._changed()
 
     def _repeats(self, arc: Arc, rows: Array) -> bool:
         """Whether the same sonar has just said the same from the same place: standing still is no evidence."""
@@ -144,7 +158,7 @@ class ObstacleMap:
         again = rows[same]
         self._support[again] += 1.0
         self._born[again] = self.travel_m
-        self._cache = None
+        self._changed()
         return True
 
     def _clamped(self, rows: Array, normals: Array, half_cone: float) -> Array:
@@ -207,7 +221,7 @@ class ObstacleMap:
         under = (np.hypot(self._px[:n] - x, self._py[:n] - y) < self._config.body_m) & (self._kind[:n] != WITHDRAWN)
         if under.any():
             self._kind[:n][under] = WITHDRAWN
-            self._cache = None
+            self._changed()
 
     def _forget(self) -> None:
         n = self._count
@@ -220,4 +234,4 @@ class ObstacleMap:
         self._columns[:, :n] = self._columns[:, : self._count][:, kept]
         self._kind[:n] = self._kind[: self._count][kept]
         self._count = n
-        self._cache = None
+        self._changed()

@@ -15,7 +15,7 @@ from hslam_gvg.voronoi_graph import VoronoiGraph
 PARALLEL_LOOP = 3.2
 """A loop shorter than this multiple of the clearance is an artefact."""
 ROUNDS = 6
-ONE_WAY = math.radians(50.0)
+ONE_WAY = math.radians(60.0)
 """Branches that leave closer together than this pass one obstacle on both sides, most often an echo in mid-air."""
 
 

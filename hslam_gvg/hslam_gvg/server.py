@@ -206,7 +206,7 @@ class GvgServer:
 
     def _follow_edge(self) -> Velocity:
         x, y, heading = self._pose
-        config, points = self.config, self.map.points()
+        config, points = self.config, self.map.suspects()
         left, right = beside(points, x, y, heading, config.reach_m)
         open_m = ahead(points, x, y, heading, 0.3, 2.0)
         speed = config.cruise_m_s * min(1.0, max(0.35, open_m / 1.6))
