@@ -6,6 +6,7 @@ from collections.abc import Callable
 import rclpy
 from rclpy.executors import ExternalShutdownException
 from rclpy.experimental import EventsExecutor
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 
 from hslam_types.errors import HslamError
@@ -30,6 +31,10 @@ def run(make_node: Callable[[], Node], done: Callable[[Node], bool] = lambda _: 
             executor.spin_once(timeout_sec=_POLL_S)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
+    except rclpy_implementation.RCLError:
+        # A signal in the middle of a callback takes the context from under its next publish.
+        if rclpy.ok():
+            raise
     except HslamError as error:
         sys.stderr.write(f"{node.get_name() if node else sys.argv[0]}: {error}\n")
         code = 1

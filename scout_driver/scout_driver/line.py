@@ -17,6 +17,8 @@ from scout_driver.transport import Transport
 
 BITS_PER_BYTE = 10
 """Start bit, eight data bits, stop bit."""
+REPLY_BYTES = 48
+"""Length of a whole state reply."""
 QUIET_MAX_S = 0.3
 """A line that babbles longer than this is drained and used all the same."""
 
@@ -84,10 +86,12 @@ class Line:
 
     def _await(self, command: Command) -> Answer | None:
         deadline_s = self._clock.now() + self._config.reply_timeout_s
-        started = False
+        byte_s = BITS_PER_BYTE / self._config.baud
+        started = 0
         while True:
             wait_s = self._config.gap_timeout_s if started else deadline_s - self._clock.now()
-            data = self._transport.read(max(0.0, wait_s))
+            settle_s = max(0, REPLY_BYTES - started) * byte_s if started else 0.0
+            data = self._transport.read(max(0.0, wait_s), settle_s)
             frames = self._parser.feed(data) if data else self._parser.line_silent()
             for frame in frames:
                 if frame.kind == NAK:
@@ -96,10 +100,10 @@ class Line:
                 if (answer := self._answer(frame, command)) is not None:
                     return answer
             if not data:
-                self._counts.broken += started
-                self._counts.silent += not started
+                self._counts.broken += started > 0
+                self._counts.silent += started == 0
                 return None
-            started = True
+            started += len(data)
             if self._clock.now() > deadline_s + QUIET_MAX_S:
                 self._counts.broken += 1
                 return None

@@ -14,6 +14,7 @@ from nav_msgs.msg import Odometry
 from rclpy.clock import Clock as RosClock
 from rclpy.clock_type import ClockType
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from rclpy.timer import Timer
 from sensor_msgs.msg import BatteryState
 from std_msgs.msg import Bool
 from std_srvs.srv import SetBool, Trigger
@@ -58,7 +59,7 @@ class ScoutNode(LifecycleNode):
         self._pings: list[tuple[float, SonarPing]] = []
         self._stamps = ReadingStamps(board=self._config.board_stamps or self._config.lockstep)
         self._steady = RosClock(clock_type=ClockType.STEADY_TIME)
-        self._timers: list[object] = []
+        self._timers: list[Timer] = []
         self._create_topics()
         if self._config.autostart:
             self.trigger_configure()
@@ -101,13 +102,11 @@ class ScoutNode(LifecycleNode):
             self.get_logger().error("the base did not confirm its stop; its watchdog will stop it")
         return super().on_deactivate(state)
 
-    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
+    def on_cleanup(self, _: LifecycleState) -> TransitionCallbackReturn:
         self.close()
-        return super().on_cleanup(state)
+        return TransitionCallbackReturn.SUCCESS
 
-    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
-        self.close()
-        return super().on_shutdown(state)
+    on_shutdown = on_cleanup
 
     def close(self) -> None:
         """Stop the base and let the line go."""
@@ -120,8 +119,13 @@ class ScoutNode(LifecycleNode):
 
     def _on_cycle(self) -> None:
         """Exchange by the timer; in lock-step only until the first reading, from then on commands do."""
-        if self._driver is not None and not (self._config.lockstep and self._last is not None):
-            self._exchange(publish=True)
+        driver = self._driver
+        if driver is None or (self._config.lockstep and self._last is not None):
+            return
+        if not self._config.lockstep:
+            next_s = driver.sonar.next_cycle_s(driver.now(), self._scout.cycle_s)
+            self._timers[0].timer_period_ns = round(next_s / self._config.time_factor * NS_PER_S)
+        self._exchange(publish=True)
 
     def _on_command(self, msg: TwistStamped) -> None:
         driver, stamp_ns = self._driver, stamp_from_msg(msg.header.stamp)

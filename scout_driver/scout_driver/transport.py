@@ -5,6 +5,7 @@ Nothing here listens: a TCP transport is always the one that connects.
 
 import select
 import socket
+import time
 from typing import Protocol
 from urllib.parse import urlsplit
 
@@ -23,8 +24,11 @@ class Transport(Protocol):
         """Send ``data``."""
         ...
 
-    def read(self, timeout_s: float) -> bytes:
-        """Wait up to ``timeout_s`` robot seconds for bytes and return what is there, maybe nothing."""
+    def read(self, timeout_s: float, settle_s: float = 0.0) -> bytes:
+        """Wait up to ``timeout_s`` robot seconds for bytes and return what is there, maybe nothing.
+
+        ``settle_s`` is waited first in any case: woken up once for many bytes is cheaper than for each few.
+        """
         ...
 
     def close(self) -> None:
@@ -50,8 +54,10 @@ class SerialTransport:
         except OSError as error:
             raise LineLostError(f"serial port lost while writing: {error}") from error
 
-    def read(self, timeout_s: float) -> bytes:
-        """Wait up to ``timeout_s`` robot seconds for bytes."""
+    def read(self, timeout_s: float, settle_s: float = 0.0) -> bytes:
+        """Wait up to ``timeout_s`` robot seconds for bytes, after ``settle_s`` in any case."""
+        if settle_s > 0.0:
+            time.sleep(settle_s / self._time_factor)
         try:
             ready, _, _ = select.select([self._port], [], [], max(0.0, timeout_s / self._time_factor))
             return self._port.read(CHUNK) if ready else b""
@@ -85,8 +91,10 @@ class TcpTransport:
         except OSError as error:
             raise LineLostError(f"connection lost while writing: {error}") from error
 
-    def read(self, timeout_s: float) -> bytes:
-        """Wait up to ``timeout_s`` robot seconds for bytes."""
+    def read(self, timeout_s: float, settle_s: float = 0.0) -> bytes:
+        """Wait up to ``timeout_s`` robot seconds for bytes, after ``settle_s`` in any case."""
+        if settle_s > 0.0:
+            time.sleep(settle_s / self._time_factor)
         try:
             ready, _, _ = select.select([self._socket], [], [], max(0.0, timeout_s / self._time_factor))
             data = self._socket.recv(CHUNK) if ready else None

@@ -169,3 +169,18 @@ def test_sonar_firings_are_dated(phase_s: float, *, told: bool) -> None:
     settled = errors if told else errors[len(errors) // 4 :]
     assert max(settled) < 0.03
     assert len(errors) == pytest.approx(fired, abs=3 if told else 40)
+
+
+@given(st.floats(0.0, 10.0), st.floats(0.0, 0.96))
+def test_cycles_come_into_step_with_the_echoes(began_s: float, first_s: float) -> None:
+    schedule = SonarSchedule(DriverConfig())
+    schedule.restart(first_s)
+    for _ in range(10):
+        wait_s = schedule.next_cycle_s(began_s, CYCLE_S)
+        assert 0.8 * CYCLE_S - 1e-9 <= wait_s <= 1.2 * CYCLE_S + 1e-9
+        began_s += wait_s
+    assert math.remainder(began_s - schedule.phase_s, 0.06) == pytest.approx(0.017, abs=1e-6)
+
+
+def test_a_cycle_that_is_no_multiple_of_a_ping_is_left_alone() -> None:
+    assert SonarSchedule(DriverConfig()).next_cycle_s(0.01, 0.05) == 0.05

@@ -36,8 +36,10 @@ class LoopbackTransport:
         self._check()
         self._line.receive(data, self._clock.now())
 
-    def read(self, timeout_s: float) -> bytes:
-        """Wait for bytes, up to ``timeout_s``."""
+    def read(self, timeout_s: float, settle_s: float = 0.0) -> bytes:
+        """Wait for bytes, up to ``timeout_s``, after ``settle_s`` in any case."""
+        self._clock.go_to(self._clock.now() + settle_s)
+        self._line.advance(self._clock.now())
         deadline_s = self._clock.now() + timeout_s
         while True:
             self._check()
