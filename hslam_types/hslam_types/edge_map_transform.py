@@ -17,16 +17,16 @@ from hslam_types.se2 import SE2, Array, wrap
 def reverse(edge_map: EdgeMap) -> EdgeMap:
     """Return the same map in the frame at its terminal, x towards its origin; ``reverse`` twice is the identity.
 
-    The record of the drive stays that of the drive made: both headings and ``robot_at_arrival`` are the
-    same directions and pose, expressed in the new frame.
+    The headings change places, as the origin and the terminal do: the branch come along is the one a drive back
+    would depart by.  ``robot_at_arrival`` stays the pose of the drive made, expressed in the new frame.
     """
     jacobian = reverse_jacobian(edge_map.size)
     return replace(
         edge_map,
         landmarks=np.array([edge_map.terminal_x, 0.0]) - edge_map.landmarks,
         covariance=jacobian @ edge_map.covariance @ jacobian.T,
-        departure_heading=wrap(edge_map.departure_heading + math.pi),
-        arrival_heading=wrap(edge_map.arrival_heading + math.pi),
+        departure_heading=wrap(edge_map.arrival_heading + math.pi),
+        arrival_heading=wrap(edge_map.departure_heading + math.pi),
         robot_at_arrival=SE2(edge_map.terminal_x, 0.0, -math.pi).inverse() @ edge_map.robot_at_arrival,
     )
 

@@ -49,6 +49,8 @@ def test_reversed_positions_are_those_seen_from_the_terminal() -> None:
     assert reverse(there).landmarks == pytest.approx(back.apply_all(there.landmarks))
     assert reverse(there).robot_at_arrival == pytest.approx(back @ there.robot_at_arrival)
     assert reverse(there).terminal_x == there.terminal_x
+    assert reverse(there).departure_heading == pytest.approx(there.arrival_heading + math.pi)
+    assert reverse(there).arrival_heading == pytest.approx(there.departure_heading - math.pi)
 
 
 @given(seed=st.integers(0, 10_000), size=st.integers(0, 20))
