@@ -136,9 +136,8 @@ def main() -> None:
     quantiles = np.percentile(1e3 * np.array(bench.latencies), [50, 90, 99, 100])
     bound_ms = 1e3 * DriverConfig().cycle_s + 20.0
     figures = "median {:.1f} ms, p90 {:.1f}, p99 {:.1f}, worst {:.1f}".format(*quantiles)
-    print(
-        f"echo to wheel command, {len(bench.latencies)} of them, {bench.superseded} overtaken: {figures} (bound at p99: {bound_ms:.0f})"
-    )
+    print(f"echo to wheel command: {figures} (bound at p99: {bound_ms:.0f})")
+    print(f"readings answered: {len(bench.latencies)}; answers overtaken by the next: {bench.superseded}")
     print(f"driver process: {100 * cpu:.1f} % of a core")
 
 
