@@ -14,8 +14,8 @@ from hslam_atlas.alignment import Alignment
 from hslam_types.edge_map import EdgeMap
 from hslam_types.se2 import SE2, Array, rotation, wrap
 
-_LEAST_SIGHTINGS = 3
-"""A landmark that later drives do not see again loses half its sightings a drive, and goes below this."""
+_LEAST_SIGHTINGS = 4
+"""A landmark that a later drive does not see keeps a third of its sightings, and goes below this."""
 _NO_DIRECTION_M = 0.5
 """A terminal nearer than this gives the frame no direction."""
 
@@ -70,7 +70,7 @@ def _joined(existing: EdgeMap, candidate: EdgeMap, alignment: Alignment) -> tupl
 def _sightings(existing: EdgeMap, candidate: EdgeMap, alignment: Alignment) -> list[int]:
     """Return how often each landmark of `_joined` counts as seen."""
     partner = dict(alignment.pairs)
-    known = [n + candidate.sightings[partner[i]] if i in partner else n // 2 for i, n in enumerate(existing.sightings)]
+    known = [n + candidate.sightings[partner[i]] if i in partner else n // 3 for i, n in enumerate(existing.sightings)]
     paired = set(partner.values())
     return known + [n for j, n in enumerate(candidate.sightings) if j not in paired]
 

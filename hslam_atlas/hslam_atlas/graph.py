@@ -31,6 +31,10 @@ class Branch:
     """Drives into it that led nowhere new."""
     given_up: bool = False
 
+    def give_up_if_absent(self) -> None:
+        """Give an unexplored branch up that most visits did not show."""
+        self.given_up |= self.edge is None and self.missed >= 2 and self.missed > self.seen
+
     @property
     def unexplored(self) -> bool:
         """Whether it still asks to be driven."""
@@ -202,7 +206,11 @@ class AtlasGraph:
         for key, branch in node.branches.items():
             onto = target.branches[branches[key]]
             onto.seen += branch.seen
+            onto.missed += branch.missed
             onto.attempts = max(onto.attempts, branch.attempts)
+        for key, branch in target.branches.items():
+            branch.missed += 0 if key in branches.values() else len(node.visits)
+            branch.give_up_if_absent()
         for edge_id in sorted({b.edge for b in node.branches.values() if b.edge is not None}):
             edge = self.edges[edge_id]
             moved = tuple(

@@ -18,6 +18,8 @@ from hslam_types.se2 import SE2, Array
 
 Indices = npt.NDArray[np.intp]
 
+_LEAST_SHOWN = 0.5
+"""Two maps of one place share at least this much."""
 _SIDE_ARMS_M = 6.0
 """Wall seen beyond an edge's two ends, counted when its density of landmarks is judged."""
 
@@ -116,7 +118,9 @@ def _judge(
     alone = expected_e + expected_c - 2 * pairs
     # Somewhere else a landmark is left alone when none stands by chance within the gate along the wall.
     chance = 2.0 * math.sqrt(config.pair_gate) * alignment.sigma_m * density
-    evidence = alignment.gain + pairs * math.log(visible) + alone * (math.log(1.0 - visible) + min(chance, 1.5))
+    # How much of one map the other shows varies with the floor: no worse is assumed than what is seen here.
+    shown = min(max(2.0 * pairs / max(2.0 * pairs + alone, 1.0), _LEAST_SHOWN), visible)
+    evidence = alignment.gain + pairs * math.log(shown) + alone * (math.log(1.0 - shown) + min(chance, 1.5))
     fraction = pairs / max(expected_e, expected_c, 1)
     distance = alignment.chi / max(alignment.freedom, 1)
     agrees = pairs >= 3 and fraction >= config.least_fraction and distance <= config.map_distance

@@ -253,8 +253,7 @@ class Mapper:
             keys.append(branch.key)
         for branch in node.branches.values():
             branch.missed += int(branch.key not in keys)
-            if branch.edge is None and branch.missed >= 2 and branch.missed > branch.seen:
-                branch.given_up = True
+            branch.give_up_if_absent()
         return tuple(keys)
 
     def _arrive_unknown(self, event: GvgEvent) -> Here:
