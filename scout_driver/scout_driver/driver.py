@@ -132,9 +132,10 @@ class ScoutDriver:
             self._counts.unexpected += 1
         return None
 
-    def close(self) -> None:
-        """Stop the base and let the line go."""
-        self.disable()
+    def close(self, *, stop: bool = True) -> None:
+        """Stop the base, unless told that it needs none, and let the line go."""
+        if stop:
+            self.disable()
         if self._line is not None:
             self._line.close()
             self._line = None

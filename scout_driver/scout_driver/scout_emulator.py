@@ -1,13 +1,13 @@
 """The emulated base as a node: its serial line on a pseudo-terminal or TCP port, and what no serial line carries."""
 
 import dataclasses
+import functools
 from dataclasses import dataclass
 
 import numpy as np
 from hslam_msgs.msg import LandmarkObservations, NodeStatus
 from nav_msgs.msg import Odometry
-from rclpy.clock import Clock as RosClock
-from rclpy.clock_type import ClockType
+from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock as ClockMsg
 from std_srvs.srv import Trigger
@@ -37,6 +37,7 @@ CYCLE_GAP_MS = 30
 """A state after so long a pause begins a cycle of the driver, which publishes it; looks go with these alone."""
 LOCKSTEP_TICK_MS = 30
 """In lock-step only whole steps are looked at; the tick is that of the direct simulation."""
+LOCKSTEP_NODES = ["gvg", "ekf", "atlas"]
 FAULT_STREAM = 4
 """Stream of chance of the faults, after the four of the simulation."""
 
@@ -52,7 +53,6 @@ class RunConfiguration(Configuration):
     real_time_factor: float = parameter(1.0, "emulated by wall time; tell the driver the same", low=0.01, high=100.0)
     lockstep: bool = parameter(False, "each exchange is one step of the world, taken once the last is answered")
     step_s: float = parameter(0.12, "lock-step: how far an exchange moves the world", low=0.01, high=1.0, unit="s")
-    wait_for: str = parameter("gvg,ekf,atlas", "lock-step: nodes whose status answers each state, by commas")
     warn_after_s: float = parameter(5.0, "wall time until a missing answer is reported", low=0.1, high=3600.0, unit="s")
     fail_after_s: float = parameter(10.0, "wall time until it ends the run", low=0.1, high=3600.0, unit="s")
     start_within_s: float = parameter(
@@ -79,26 +79,24 @@ class EmulatorNode(Node):
         line = EmulatedLine(self._base, config, Faults(faults, rng))
         self._look_ms = round(config.look_s * 1000)
         self._next_look_ms, self._last_ms, self._looks = self._look_ms, -CYCLE_GAP_MS, 0
-        self.finished = False
+        self._finished = False
         self._create_topics()
         port = open_port(self._run.port)
-        self._answers = self._listen() if self._run.lockstep else None
+        self._answers = self._listen()
         self._server = EmulatorServer(
             line,
             port,
             WallClock(self._run.real_time_factor),
             self._run.real_time_factor,
             self._on_state,
-            self._answers.wait if self._answers else lambda: True,
+            self._answers.wait,
         )
-        self._timer = self.create_timer(0.25, self._check, clock=RosClock(clock_type=ClockType.STEADY_TIME))
         self._server.start()
         self.get_logger().info(f"the emulated Scout's line is {port.address}")
 
     def close(self) -> None:
         """End the line."""
-        if self._answers is not None:
-            self._answers.end()
+        self._answers.end()
         self._server.stop()
 
     def _create_topics(self) -> None:
@@ -109,25 +107,29 @@ class EmulatorNode(Node):
         self._finish_service = self.create_service(Trigger, "~/finish", self._on_finish)
 
     def _listen(self) -> Answers:
-        names = [name.strip() for name in self._run.wait_for.split(",") if name.strip()]
+        about = ParameterDescriptor(description="nodes whose status must answer each lock-step", read_only=True)
+        names = [name for name in self.declare_parameter("lockstep_nodes", LOCKSTEP_NODES, about).value if name]
         run = self._run
-        answers = Answers(names, run.warn_after_s, run.fail_after_s, run.start_within_s)
+        waited = names if run.lockstep else []
+        answers = Answers(waited, run.warn_after_s, run.fail_after_s, run.start_within_s)
         self._statuses = [
             self.create_subscription(
                 NodeStatus,
                 f"{name}/status",
-                lambda msg, name=name: answers.answer(name, stamp_from_msg(msg.header.stamp)),
+                functools.partial(self._on_status, answers, name),
                 CYCLE,
             )
             for name in names
         ]
         return answers
 
+    def _on_status(self, answers: Answers, name: str, msg: NodeStatus) -> None:
+        answers.answer(name, stamp_from_msg(msg.header.stamp), mission_complete=msg.finished)
+
     def _on_state(self, board_ms: int) -> None:
         """Publish what belongs to a state before the state itself leaves (called by the serving thread)."""
         stamp_ns = board_ms * NS_PER_MS
-        if self._answers is not None:
-            self._answers.expect(stamp_ns)
+        self._answers.expect(stamp_ns)
         self._clock_topic.publish(ClockMsg(clock=stamp_to_msg(stamp_ns)))
         self._truth.publish(odometry_to_msg(OdometrySample(stamp_ns, self._floor.true_pose), parent="map"))
         begins_cycle = board_ms - self._last_ms >= CYCLE_GAP_MS
@@ -139,22 +141,24 @@ class EmulatorNode(Node):
         about = header(stamp_ns, "")
         self._status.publish(NodeStatus(header=about, node=self.get_name(), outputs=self._looks, state="serving"))
 
-    def _check(self) -> None:
+    def over(self) -> bool:
+        """Return whether the run has ended; raises LockStepError when a node has kept it waiting too long."""
         if self._server.failure is not None:
             raise self._server.failure
-        if self._answers is not None and not self.finished and (late := self._answers.late()):
+        if late := self._answers.late():
             self.get_logger().warning(f"waiting for {', '.join(late)} at {self._base.now_s:.2f} s")
+        return self._finished or self._answers.mission_complete
 
     def _on_finish(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        self.finished = True
+        self._finished = True
         response.success = True
         response.message = f"ended at {self._base.now_s:.2f} s, {self._floor.collisions} contacts"
         return response
 
 
 def main() -> None:
-    """Run the emulator until its `finish` service is called, or a signal."""
-    run(EmulatorNode, done=lambda node: isinstance(node, EmulatorNode) and node.finished)
+    """Run until a status says that the mission is complete, the `finish` service is called, or a signal."""
+    run(EmulatorNode, done=lambda node: isinstance(node, EmulatorNode) and node.over())
 
 
 if __name__ == "__main__":

@@ -109,9 +109,9 @@ class ScoutNode(LifecycleNode):
     on_shutdown = on_cleanup
 
     def close(self) -> None:
-        """Stop the base and let the line go."""
+        """Stop the base and let the line go; in lock-step time stands still, and so does the base."""
         if self._driver is not None:
-            self._driver.close()
+            self._driver.close(stop=not self._config.lockstep)
             self._driver = None
 
     def _open(self) -> Transport:

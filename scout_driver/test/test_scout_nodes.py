@@ -150,7 +150,9 @@ def test_drives_over_a_pseudo_terminal_and_survives_the_loss_of_either_side(scen
 
 def test_lockstep_steps_once_an_answer_and_ends_when_one_stays_out(scene: Scene) -> None:
     scene.answer_like("gvg", "ekf", forward=0.2)
-    emulator = scene.start("scout_emulator", port=scene.line, lockstep=True, wait_for="gvg,ekf", fail_after_s=1.0)
+    emulator = scene.start(
+        "scout_emulator", port=scene.line, lockstep=True, lockstep_nodes="[gvg, ekf]", fail_after_s=1.0
+    )
     driver = scene.start("scout_node", port=scene.line, lockstep=True, reply_timeout_s=60.0, reconnect_s=0.1)
     odom = scene.heard["odom"]
     scene.spin_until(lambda: len(odom) >= 60)
