@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hslam_gvg.arc import Flags
 from hslam_types.se2 import Array, wrap
 
 SMOOTHING_M = 0.04
@@ -88,7 +89,7 @@ def between(bearing: float, start: float, end: float) -> bool:
     return wrap(bearing - start) % (2.0 * math.pi) < wrap(end - start) % (2.0 * math.pi)
 
 
-def _nearest(dx: Array, dy: Array, squared: Array, which: Array) -> ClosestPoint | None:
+def _nearest(dx: Array, dy: Array, squared: Array, which: Flags) -> ClosestPoint | None:
     rows = np.flatnonzero(which)
     if not len(rows):
         return None

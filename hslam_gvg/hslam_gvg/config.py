@@ -21,7 +21,11 @@ class GvgConfig(Configuration):
         3.5, "echoes from farther away are used only where a second arc confirms them", low=0.5, high=6.5, unit="m"
     )
     crossing_angle: float = parameter(
-        math.radians(20.0), "least crossing angle of a transversal intersection; the ATM's 30 deg come late to corners", low=0.1, high=1.5, unit="rad"
+        math.radians(20.0),
+        "least crossing angle of a transversal intersection; the ATM's 30 deg come late to corners",
+        low=0.1,
+        high=1.5,
+        unit="rad",
     )
     partner_travel_m: float = parameter(
         3.0, "arcs are compared with those of the last so many metres of travel", low=0.3, high=20.0, unit="m"

@@ -27,7 +27,7 @@ def access(nearest: ClosestPoint, speed: float) -> Vector:
 
 
 def trace(first: ClosestPoint, second: ClosestPoint, heading: float, alpha: float, beta: float) -> Vector:
-    """Follow d_1 = d_2 in the sense that is nearer to ``heading`` (rad) at speed ``alpha`` (m/s), gain ``beta`` (1/s)."""
+    """Follow d_1 = d_2 the way nearer to ``heading`` (rad) at speed ``alpha`` (m/s) with gain ``beta`` (1/s)."""
     g = first.distance_m - second.distance_m
     (ax, ay), (bx, by) = first.gradient, second.gradient
     jx, jy = ax - bx, ay - by

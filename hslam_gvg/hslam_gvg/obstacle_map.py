@@ -6,13 +6,17 @@ replace old ones beside them.
 """
 
 import math
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from hslam_gvg.arc import Arc, Arcs, Flags, median_azimuth, relate
 from hslam_gvg.config import GvgConfig
 from hslam_types.se2 import SE2, Array, wrap
 from hslam_types.sensing import SonarSweep
+
+Rows = npt.NDArray[np.signedinteger[Any]]
 
 UNRESOLVED, RESOLVED, FILL, EXPLAINED, WITHDRAWN = 0, 1, 2, 3, 4
 """Kinds of rows: an echo at its arc's centre, an echo placed by other arcs, wall between two echoes, an echo beside
@@ -28,7 +32,7 @@ WARY_M = 2.0
 """Such echoes from this near are kept clear of all the same."""
 SUPPORT = 2
 """An obstacle has been heard more often than once or twice: other echoes lie beside it."""
-UNRESOLVED_M = 1.0
+UNRESOLVED_M = 1.2
 """Echoes that no second arc has placed are believed from this near only: most of them hang in mid-air."""
 STALE_TRAVEL_M = 2.5
 REPLACE_M = 0.25
@@ -87,7 +91,7 @@ class ObstacleMap:
         return self._cache
 
     def suspects(self) -> Array:
-        """Return the believed points and those that might yet prove obstacles: what to keep clear of (n x 2, m, odom)."""
+        """Return the believed points and those that may yet prove obstacles, to keep clear of (n x 2, m, odom)."""
         if self._wary_cache is None:
             self._wary_cache = self._select(WARY_M)
         return self._wary_cache
@@ -144,7 +148,7 @@ class ObstacleMap:
             self._fill(x, y, float(self._px[wall_partner]), float(self._py[wall_partner]))
         self._changed()
 
-    def _repeats(self, arc: Arc, rows: Array) -> bool:
+    def _repeats(self, arc: Arc, rows: Rows) -> bool:
         """Whether the same sonar has just said the same from the same place: standing still is no evidence."""
         if not len(rows):
             return False
@@ -161,13 +165,13 @@ class ObstacleMap:
         self._changed()
         return True
 
-    def _clamped(self, rows: Array, normals: Array, half_cone: float) -> Array:
+    def _clamped(self, rows: Rows, normals: Array, half_cone: float) -> Array:
         axis = self._axis[rows]
         offset = np.remainder(normals - axis + math.pi, 2.0 * math.pi) - math.pi
         clamped: Array = axis + np.clip(offset, -half_cone, half_cone)
         return clamped
 
-    def _resolve(self, rows: Array, azimuths: Array) -> None:
+    def _resolve(self, rows: Rows, azimuths: Array) -> None:
         """Move older unresolved echoes to where the new arc places them."""
         fresh = (self._kind[rows] == UNRESOLVED) | (self._kind[rows] == EXPLAINED)
         rows, azimuths = rows[fresh], azimuths[fresh]

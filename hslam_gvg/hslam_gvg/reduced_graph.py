@@ -6,11 +6,11 @@ edges are none.  Unknown space counts as leading on: an exit is never pruned.
 """
 
 import math
+from itertools import pairwise
 from typing import NamedTuple
 
-from hslam_types.se2 import wrap
-
 from hslam_gvg.voronoi_graph import VoronoiGraph
+from hslam_types.se2 import wrap
 
 PARALLEL_LOOP = 3.2
 """A loop shorter than this multiple of the clearance is an artefact."""
@@ -103,7 +103,7 @@ def _chain(links: Links, start: int, towards: int) -> list[int]:
 def _lengths(graph: VoronoiGraph, chain: list[int]) -> list[float]:
     """Return the path length from the chain's first vertex to each of its vertices (m)."""
     total, lengths = 0.0, [0.0]
-    for u, v in zip(chain, chain[1:], strict=False):
+    for u, v in pairwise(chain):
         total += math.dist(graph.position[u], graph.position[v])
         lengths.append(total)
     return lengths
@@ -111,7 +111,7 @@ def _lengths(graph: VoronoiGraph, chain: list[int]) -> list[float]:
 
 def _remove(links: Links, chain: list[int]) -> None:
     """Take a chain out, except its first vertex (and its last, if other chains meet there)."""
-    for u, v in zip(chain, chain[1:], strict=False):
+    for u, v in pairwise(chain):
         links[u].remove(v)
         links[v].remove(u)
     for u in chain[1:]:
@@ -172,7 +172,7 @@ def _contract(graph: VoronoiGraph, links: Links, chain: list[int]) -> None:
         _remove(links, chain)
         return
     if graph.clearance[gone] > graph.clearance[kept]:
-        chain = chain[::-1]
+        chain.reverse()
         kept, gone = gone, kept
     _remove(links, chain)
     for v in links.pop(gone, []):

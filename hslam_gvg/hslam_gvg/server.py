@@ -28,6 +28,11 @@ ACCESS_TOLERANCE_M = 0.1
 FIRST_SWEEP_S = 1.2
 SAME_NODE_M = 0.8
 STUCK_S = 4.0
+SECOND_LOOKS = 2
+SECOND_LOOK_M = 1.0
+COURSE_BACK_M = 1.0
+NOT_BACK = math.radians(60.0)
+SHARPEST_TURN = math.radians(120.0)
 TRIES = 3
 
 
@@ -90,11 +95,13 @@ class GvgServer:
         self._sequence = 0
         self._branch = -1
         self._heading = 0.0
+        self._course: float | None = None
         self._looked_m = 0.0
         self._target: ReducedNode | None = None
         self._plan = Probe(())
         self._tries = 0
         self._handled: list[tuple[float, float, float]] = []
+        self._doubts: list[tuple[float, float]] = []
         self._goal = (0.0, 0.0)
         self._blocked_ns = 0
 
@@ -170,12 +177,14 @@ class GvgServer:
 
     def _turn(self) -> Velocity:
         """Turn on the spot to the branch to depart by."""
-        assert self.node is not None
+        if self.node is None:
+            raise GvgError("the node to depart from is gone: give the goal 'access'")
         bearing = self.node.bearings_in_odom[self._branch]
         if abs(wrap(bearing - self._pose.theta)) > ALIGNED:
             return turn_to(self._pose, bearing, self.config.turn_rad_s)
         self._announce(EventKind.DEPARTURE, self.node, self._branch)
-        self._handled = [(self.node.x_in_odom, self.node.y_in_odom, self.map.travel_m)]
+        self._handled = [(self.node.x_in_odom, self.node.y_in_odom, self.map.travel_m + self.config.suppress_travel_m)]
+        self._doubts.clear()
         self.node = None
         self._heading = bearing
         self._journey.begin(self._pose.x, self._pose.y)
@@ -193,7 +202,7 @@ class GvgServer:
 
     def _trace(self) -> Velocity:
         """Follow two-way equidistance; look for nodes every so often, and at once where the way is blocked."""
-        x, y, heading = self._pose
+        x, y, _ = self._pose
         self._journey.advance(x, y)
         stopped = self._blocked_s() > 1.0
         if stopped or self.map.travel_m - self._looked_m >= self.config.look_every_m:
@@ -204,8 +213,18 @@ class GvgServer:
             return self._give_way()
         return self._follow_edge()
 
+    def _way_on(self, ways: tuple[float, ...]) -> float | None:
+        """Return the direction in which the local graph leads on: the one nearest to the heading, but not back."""
+        x, y, heading = self._pose
+        back = self._journey.came_from(x, y, COURSE_BACK_M)
+        on = [way for way in ways if back is None or abs(wrap(way - back)) > NOT_BACK]
+        return min(on, key=lambda way: abs(wrap(way - heading)), default=None)
+
     def _follow_edge(self) -> Velocity:
         x, y, heading = self._pose
+        if self._course is not None and abs(wrap(self._course - heading)) < SHARPEST_TURN:
+            # Seen along the way the graph takes, a wall across the end of a corridor is on one side, not ahead.
+            heading = self._course
         config, points = self.config, self.map.suspects()
         left, right = beside(points, x, y, heading, config.reach_m)
         open_m = ahead(points, x, y, heading, 0.3, 2.0)
@@ -229,8 +248,9 @@ class GvgServer:
         """Look at the local graph for a node on the recent path; begin homing on it."""
         x, y, _ = self._pose
         points = self.map.points()
-        self._handled = [h for h in self._handled if self.map.travel_m - h[2] < self.config.suppress_travel_m]
+        self._handled = [h for h in self._handled if self.map.travel_m < h[2]]
         graph = self._detector.graph(points, x, y)
+        self._course = self._way_on(graph.passing(x, y))
         node = self._detector.passed(graph, self._pose, self._journey.places(), [h[:2] for h in self._handled])
         if node is None:
             return False
@@ -243,16 +263,14 @@ class GvgServer:
 
     def _home(self) -> Velocity:
         """Drive to the node as the map has it, and once there ask the map again."""
-        assert self._target is not None
-        target = self._target
+        target = self._aim()
         if self._distance(target) > self.config.home_tolerance_m and not self._stuck():
             return go_to(self._pose, target.x, target.y, self._pace(0.8), self.config.turn_rad_s)
         return self._confirm(GvgState.PROBING)
 
     def _settle(self) -> Velocity:
         """After probing: drive to the node's refined place and announce it."""
-        assert self._target is not None
-        target = self._target
+        target = self._aim()
         if self._distance(target) > self.config.home_tolerance_m and not self._stuck():
             return go_to(self._pose, target.x, target.y, self._pace(0.8), self.config.turn_rad_s)
         return self._arrive(target)
@@ -266,8 +284,8 @@ class GvgServer:
 
     def _confirm(self, then: GvgState) -> Velocity:
         """Look again at the node: is it still one, and where exactly?"""
-        assert self._target is not None
-        x, y = self._target.x, self._target.y
+        aim = self._aim()
+        x, y = aim.x, aim.y
         points = self.map.points()
         graph = self._detector.graph(points, x, y)
         node = graph.node_near(x, y, SAME_NODE_M)
@@ -282,9 +300,13 @@ class GvgServer:
 
     def _weak(self, ways: tuple[float, ...]) -> None:
         """No strong node after all: go on along the edge that does not lead back."""
-        assert self._target is not None
-        x, y = self._target.x, self._target.y
-        self._handled.append((x, y, self.map.travel_m))
+        aim = self._aim()
+        x, y = aim.x, aim.y
+        # From a little farther on the map may tell better; but not for ever.
+        again = sum(math.hypot(x - dx, y - dy) < self.config.suppress_m for dx, dy in self._doubts) < SECOND_LOOKS
+        hidden_m = SECOND_LOOK_M if again else self.config.suppress_travel_m
+        self._handled.append((x, y, self.map.travel_m + hidden_m))
+        self._doubts.append((x, y))
         back = self._journey.came_from(x, y, self.config.chord_m)
         if ways and back is not None:
             self._heading = max(ways, key=lambda way: abs(wrap(way - back)))
@@ -338,8 +360,15 @@ class GvgServer:
 
     # What the states share.
 
+    def _aim(self) -> ReducedNode:
+        """Return the node homed on."""
+        if self._target is None:
+            raise GvgError(f"no node to home on while {self._state.value}")
+        return self._target
+
     def _enter(self, state: GvgState) -> None:
         self._state, self._since_ns, self._blocked_ns = state, self._stamp_ns, self._stamp_ns
+        self._course = None
 
     def _announce(self, kind: EventKind, node: NodeView | None = None, branch: int = -1, length_m: float = 0.0) -> None:
         self._events.append(GvgEvent(self._sequence, self._stamp_ns, kind, node, branch, length_m))

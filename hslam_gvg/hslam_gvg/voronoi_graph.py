@@ -6,7 +6,7 @@ is left round the robot is the GVG of the obstacles, with unknown space open.
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -14,7 +14,7 @@ from scipy.spatial import Delaunay
 
 from hslam_types.se2 import Array
 
-Indices = npt.NDArray[np.intp]
+Indices = npt.NDArray[np.signedinteger[Any]]
 
 CELL_M = 0.1
 """Points closer together than about this are averaged."""
@@ -119,7 +119,8 @@ def _component(
         links.setdefault(v, []).append(u)
     start = pairs[nearest][0] if within[pairs[nearest][0]] else pairs[nearest][1]
     number = {start: 0}
-    members, neighbours, exits = [start], [[]], set[int]()
+    members, exits = [start], set[int]()
+    neighbours: list[list[int]] = [[]]
     at = 0
     while at < len(members):
         if at not in exits:
