@@ -10,7 +10,7 @@ from rich.console import Console
 from hslam_types.errors import HslamError
 
 app = typer.Typer(
-    help="Hierarchical SLAM: a robot explores a floor by sonar along the generalized Voronoi graph and builds an atlas of landmark maps.",
+    help="Hierarchical SLAM: explore a floor by sonar along the generalized Voronoi graph, in an atlas of landmark maps.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -36,7 +36,8 @@ def explore(
 ) -> None:
     """Explore a floor until no edge is left unexplored, then draw and score what was learnt.
 
-    Writes OUT/bag (rosbag2, MCAP), OUT/atlas.db, OUT/figures and OUT/report.json. Exit status 0 when the exploration completed.
+    Writes OUT/bag (rosbag2, MCAP), OUT/atlas.db, OUT/figures and OUT/report.json.
+    Exit status 0 when the exploration completed.
     """
     from hslam_bringup.errors import RunError
     from hslam_bringup.explore import explore_and_report  # heavy imports only where they are needed
@@ -45,7 +46,11 @@ def explore(
     out = out or Path("runs") / f"{Path(world).stem}_{seed}"
     options = RunOptions(world, seed, out, parse_settings(settings), time_limit)
     prepare_output(out, force=force)
-    fields = explore_and_report(options, in_process=in_process, console=console)
+    try:
+        fields = explore_and_report(options, in_process=in_process, console=console)
+    except KeyboardInterrupt:
+        sys.stderr.write(f"hslam: interrupted; what was recorded until then is in {out}\n")
+        raise typer.Exit(130) from None
     if not fields["completed"]:
         raise RunError(
             f"not finished after {time_limit:.0f} s of simulated time; what was learnt until then is in {out}"
@@ -70,12 +75,9 @@ def gvg(
 
 
 def main() -> None:
-    """Run the command; an error the suite knows is one line on stderr and exit status 1, Ctrl-C is 130."""
+    """Run the command; an error the suite knows is one line on stderr and exit status 1."""
     try:
         app()
     except HslamError as error:
         sys.stderr.write(f"hslam: {error}\n")
         sys.exit(1)
-    except KeyboardInterrupt:
-        sys.stderr.write("hslam: interrupted; what was recorded is kept\n")
-        sys.exit(130)

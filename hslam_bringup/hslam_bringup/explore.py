@@ -9,6 +9,7 @@ from hslam_bringup.progress import ExplorationProgress
 from hslam_bringup.run_options import RunOptions
 from hslam_bringup.run_report import as_table, report_run
 from hslam_bringup.separate_run import run_separately
+from hslam_sim.worlds import load_world
 
 
 def explore_and_report(options: RunOptions, *, in_process: bool, console: Console) -> dict[str, Any]:
@@ -16,6 +17,7 @@ def explore_and_report(options: RunOptions, *, in_process: bool, console: Consol
 
     Raises HslamError where the run breaks; what was recorded until then stays readable.
     """
+    load_world(options.world, landmark_seed=options.seed)  # a world that cannot be read is told before anything starts
     run = run_in_process if in_process else run_separately
     with ExplorationProgress(console) as progress:
         end = run(options, progress.show)

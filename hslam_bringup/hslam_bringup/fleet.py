@@ -1,5 +1,6 @@
 """The processes of a run: one per node, watched, and stopped in order."""
 
+import ctypes
 import os
 import signal
 import subprocess
@@ -12,6 +13,10 @@ import yaml
 from ament_index_python.packages import PackageNotFoundError, get_package_prefix
 
 from hslam_bringup.errors import NodeDiedError, RunError
+from hslam_bringup.isolation import PrivateDomain
+
+_PR_SET_PDEATHSIG = 1
+"""From Linux' sys/prctl.h."""
 
 _STOP_PATIENCE_S = 20.0
 """How long a node may take to close its files after SIGINT before it is killed."""
@@ -31,10 +36,14 @@ class NodeProcess:
 class Fleet:
     """Starts nodes as separate processes; each writes to its own log file."""
 
-    def __init__(self, folder: Path, environment: Mapping[str, str]) -> None:
-        """``folder`` gets a log and a parameter file for every node."""
+    def __init__(self, folder: Path, domain: PrivateDomain) -> None:
+        """``folder`` gets a log and a parameter file for every node; all of them speak in ``domain``."""
         self._folder = folder
-        self._environment = dict(os.environ) | dict(environment)
+        self._domain = domain
+        # One thread for linear algebra: more are slower on small matrices, and change the order of sums.
+        self._environment = (
+            dict(os.environ) | domain.environment | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+        )
         self._running: dict[str, subprocess.Popen[bytes]] = {}
         self._peak_rss_mb: dict[str, float] = {}
         folder.mkdir(parents=True, exist_ok=True)
@@ -48,7 +57,13 @@ class Fleet:
         with self.log(node.name).open("wb") as log:
             # A session of its own: Ctrl-C in the terminal reaches the runner alone, which stops the nodes in order.
             self._running[node.name] = subprocess.Popen(
-                command, stdout=log, stderr=subprocess.STDOUT, env=self._environment, start_new_session=True
+                command,
+                stdout=log,
+                stderr=subprocess.STDOUT,
+                env=self._environment,
+                start_new_session=True,
+                pass_fds=(self._domain.reservation,),
+                preexec_fn=_end_with_the_runner,  # noqa: PLW1509 - one call into libc, no lock is taken
             )
 
     def log(self, name: str) -> Path:
@@ -96,6 +111,11 @@ class Fleet:
         for line in status.splitlines():
             if line.startswith("VmHWM:"):
                 self._peak_rss_mb[name] = round(int(line.split()[1]) / 1024.0, 1)
+
+
+def _end_with_the_runner() -> None:
+    """Ask Linux to interrupt this process when the one that started it dies, however that dies."""
+    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGINT)
 
 
 def executable(package: str, name: str) -> Path:

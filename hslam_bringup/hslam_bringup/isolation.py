@@ -1,5 +1,6 @@
 """Keeps two runs on one machine, and the rest of the network, from hearing each other."""
 
+import dataclasses
 import fcntl
 import os
 import tempfile
@@ -13,11 +14,25 @@ _DOMAINS = range(20, 100)
 """ROS domain ids to choose from; 0 to 101 are safe on every platform, the low ones are people's own."""
 
 
-@contextmanager
-def private_domain() -> Iterator[dict[str, str]]:
-    """Reserve a ROS domain for a run and yield the environment its processes need; raises RunError if none is free.
+@dataclasses.dataclass(frozen=True)
+class PrivateDomain:
+    """A ROS domain that no other run uses."""
 
-    The reservation is a lock on a file, which the system releases however the run ends.
+    number: int
+    reservation: int
+    """File descriptor of the lock; processes that inherit it keep the domain reserved as long as they live."""
+
+    @property
+    def environment(self) -> dict[str, str]:
+        """What the processes of the run need in their environment."""
+        return {"ROS_DOMAIN_ID": str(self.number), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+
+
+@contextmanager
+def private_domain() -> Iterator[PrivateDomain]:
+    """Reserve a ROS domain for a run; raises RunError if none is free.
+
+    The reservation is a lock on a file, which the system releases when the run and all its processes have ended.
     """
     for domain in _DOMAINS:
         path = Path(tempfile.gettempdir()) / f"hslam_domain_{domain}.lock"
@@ -31,7 +46,7 @@ def private_domain() -> Iterator[dict[str, str]]:
             os.close(descriptor)
             continue
         try:
-            yield {"ROS_DOMAIN_ID": str(domain), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+            yield PrivateDomain(domain, descriptor)
         finally:
             os.close(descriptor)
         return

@@ -12,7 +12,7 @@ from nav_msgs.msg import Odometry
 from rclpy.node import Node
 
 from hslam_bringup.fleet import Fleet, NodeProcess
-from hslam_bringup.isolation import private_domain
+from hslam_bringup.isolation import PrivateDomain, private_domain
 from hslam_bringup.progress import Snapshot
 from hslam_bringup.run_options import RunOptions
 from hslam_bringup.run_report import RunEnd
@@ -29,13 +29,13 @@ def run_separately(options: RunOptions, show: Callable[[Snapshot], None]) -> Run
     Raises NodeDiedError, naming the node, when a process ends early.  However it ends, the nodes are stopped in
     order: the base first, the recorder last.
     """
-    with private_domain() as environment:
-        fleet = Fleet(options.out / "log", environment)
+    with private_domain() as domain:
+        fleet = Fleet(options.out / "log", domain)
         order = ["sim", "atlas", "ekf", "gvg", "recorder"]
         try:
             for node in _nodes(options):
                 fleet.start(node)
-            completed = _watch(fleet, environment, options, show)
+            completed = _watch(fleet, domain, options, show)
         finally:
             fleet.stop(order)
         return RunEnd(completed, fleet.peak_rss_mb())
@@ -107,11 +107,11 @@ class _Onlooker:
         self._node.destroy_node()
 
 
-def _watch(fleet: Fleet, environment: Mapping[str, str], options: RunOptions, show: Callable[[Snapshot], None]) -> bool:
+def _watch(fleet: Fleet, domain: PrivateDomain, options: RunOptions, show: Callable[[Snapshot], None]) -> bool:
     """Follow the run to its end; return whether that was the mission's, not the time limit."""
-    os.environ.update(environment)
+    os.environ.update(domain.environment)
     context = rclpy.Context()
-    rclpy.init(context=context, domain_id=int(environment["ROS_DOMAIN_ID"]))
+    rclpy.init(context=context, domain_id=domain.number)
     onlooker = _Onlooker(context)
     try:
         while not fleet.ended("sim"):

@@ -1,0 +1,68 @@
+"""A bag through the EKF and atlas levels in this process: the recorded sensors and events make an atlas anew.
+
+With the run's own parameters it is the run's atlas, bit for bit; with others it shows what they would have made of it.
+"""
+
+from pathlib import Path
+from typing import Any
+
+from rclpy.serialization import deserialize_message
+
+from hslam_atlas.config import AtlasConfig
+from hslam_atlas.server import AtlasServer
+from hslam_atlas.store import AtlasStore
+from hslam_bags.bag import Bag
+from hslam_bags.cycles import Portion, in_portions, in_stamp_order, stamp_of
+from hslam_bags.errors import BagError
+from hslam_bags.message_types import message_class
+from hslam_bags.topic_choice import TopicChoice
+from hslam_bringup.run_options import RunOptions
+from hslam_ekf.config import EkfConfig
+from hslam_ekf.server import EkfServer
+from hslam_ros import conversions
+
+TOPICS = ("/odom", "/landmarks", "/gvg/events")
+"""What the two levels hear of the base and of the GVG level."""
+
+
+class BagLoop:
+    """Steps the EKF and the atlas by the cycles of a bag."""
+
+    def __init__(self, ekf: EkfServer, atlas: AtlasServer) -> None:
+        """Take the levels as they are; the atlas must not explore."""
+        self.ekf, self.atlas = ekf, atlas
+        self._classes: dict[str, Any] = {}
+
+    def step(self, portion: Portion) -> None:
+        """Handle one cycle: what was recorded since the one before."""
+        heard: dict[str, list[Any]] = {topic: [] for topic in TOPICS}
+        for message in portion.messages:
+            if message.type_name not in self._classes:
+                self._classes[message.type_name] = message_class(message.type_name)
+            heard[message.topic].append(deserialize_message(message.raw, self._classes[message.type_name]))
+        odom = conversions.odometry_from_msg(heard["/odom"][-1])
+        looks = [conversions.landmarks_from_msg(msg) for msg in heard["/landmarks"]]
+        events = tuple(conversions.event_from_msg(msg) for msg in heard["/gvg/events"])
+        mapped = self.ekf.step(odom, looks[-1] if looks else None, events)
+        self.atlas.step(portion.time_ns, events, mapped.edge_maps, mapped.links)
+
+
+def rebuild_atlas(bag_path: Path, options: RunOptions) -> int:
+    """Make ``options.atlas`` of a bag, with ``options.settings`` for ekf and atlas; return how many cycles there were.
+
+    Raises BagError if the bag is damaged or lacks a topic, ConfigurationError on a bad setting.
+    """
+    with Bag(bag_path) as bag, AtlasStore(options.atlas) as store:
+        for topic in TOPICS:
+            if not bag.counts.get(topic):
+                raise BagError(bag_path, f"topic {topic}", "is not in the bag, and no atlas is made without it")
+        loop = BagLoop(
+            EkfServer(EkfConfig.from_mapping(options.node_settings("ekf"))),
+            AtlasServer(AtlasConfig.from_mapping(options.node_settings("atlas") | {"mission": "none"}), store),
+        )
+        cycles = 0
+        for portion in in_portions(in_stamp_order(bag.messages(TopicChoice(TOPICS)), stamp_of), "/odom"):
+            if portion.complete:
+                loop.step(portion)
+                cycles += 1
+    return cycles

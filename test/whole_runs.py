@@ -1,0 +1,46 @@
+"""Starting `hslam` as a person does, and looking at what it left."""
+
+import os
+import signal
+import sqlite3
+import subprocess
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from hslam_bringup.fleet import executable
+
+PATIENCE_S = 120.0
+
+
+def hslam(*arguments: str) -> subprocess.Popen[str]:
+    """Start the command."""
+    command = [str(executable("hslam_bringup", "hslam")), *arguments]
+    environment = os.environ | {"COLUMNS": "200"}
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
+
+
+def outcome(run: subprocess.Popen[str], within_s: float = PATIENCE_S) -> tuple[int, str, str]:
+    """Return exit status, stdout and stderr of a command that has to end in time."""
+    try:
+        out, err = run.communicate(timeout=within_s)
+    except subprocess.TimeoutExpired:
+        run.send_signal(signal.SIGKILL)
+        raise
+    return run.returncode, out, err
+
+
+def wait_until(holds: Callable[[], bool], within_s: float = PATIENCE_S) -> None:
+    """Wait for a condition on the outside world; fails when it does not come to hold."""
+    deadline = time.monotonic() + within_s
+    pause = threading.Event()
+    while not holds():
+        assert time.monotonic() < deadline, "the condition did not come to hold in time"
+        pause.wait(0.05)
+
+
+def atlas_dump(path: Path) -> list[str]:
+    """Return an atlas file's content as SQL."""
+    with sqlite3.connect(f"file:{path}?mode=ro", uri=True) as atlas:
+        return list(atlas.iterdump())
