@@ -10,7 +10,7 @@ from rich.console import Console
 from hslam_types.errors import HslamError
 
 app = typer.Typer(
-    help="Hierarchical SLAM: explore a floor by sonar along the generalized Voronoi graph, in an atlas of landmark maps.",
+    help="Hierarchical SLAM: explore a floor by sonar along the generalized Voronoi graph, into an atlas of maps.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
