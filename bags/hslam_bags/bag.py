@@ -20,7 +20,8 @@ from hslam_bags.topic_choice import TopicChoice
 
 REPAIR_HINT = "what is readable: hslam bag repair"
 _ENDINGS = (".mcap", ".db3", ".mcap.zstd", ".db3.zstd")
-_FOREVER_NS = 2**64
+FOREVER_NS = 2**64
+"""Later than any message."""
 
 
 class _Listed(NamedTuple):
@@ -97,7 +98,7 @@ class Bag:
         return (min(span[0] for span in spans), max(span[1] for span in spans)) if spans else None
 
     def messages(
-        self, choice: TopicChoice | None = None, start_ns: int = 0, end_ns: int = _FOREVER_NS
+        self, choice: TopicChoice | None = None, start_ns: int = 0, end_ns: int = FOREVER_NS
     ) -> Iterator[StoredMessage]:
         """Yield the chosen topics' messages with start <= log time < end, in order of log time."""
         names = {name for name in self.topics if choice is None or name in choice}

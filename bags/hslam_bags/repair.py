@@ -1,14 +1,16 @@
-"""Making a whole bag of what a damaged one still holds."""
+"""Copying bags: what a damaged one still holds, or a part of a whole one."""
 
+import math
 from pathlib import Path
 from typing import NamedTuple
 
-from hslam_bags.bag import Bag
+from hslam_bags.bag import FOREVER_NS, Bag
 from hslam_bags.definitions import Definition, DefinitionSource
 from hslam_bags.errors import BagError
 from hslam_bags.qos import OfferedQos
 from hslam_bags.recorder import Recorder, RecorderConfig
 from hslam_bags.stored import StoredTopic
+from hslam_bags.topic_choice import TopicChoice
 
 
 class Repair(NamedTuple):
@@ -45,15 +47,31 @@ def repair(path: Path, target: Path | None = None, config: RecorderConfig | None
     """
     target = target or path.with_name(f"{path.name.split('.')[0]}_repaired")
     with Bag(path, tolerant=True) as bag:
-        topics = bag.topics
-        if not topics:
+        if not bag.topics:
             first = bag.problems[0] if bag.problems else BagError(path, "", "holds no topic")
             raise BagError(first.path, first.place, f"{first.problem}; nothing is readable")
-        kept = 0
-        with Recorder(target, config, definitions=StoredDefinitions(topics), custom=bag.custom) as recorder:
-            for topic in topics.values():
-                recorder.add_topic(topic.name, topic.type_name, topic.offers or (OfferedQos(),))
-            for message in bag.messages():
-                recorder.write(message.topic, message.type_name, message.raw, message.log_ns, message.publish_ns)
-                kept += 1
+        kept = copy(bag, target, config=config)
         return Repair(target, kept, tuple(str(problem) for problem in bag.problems))
+
+
+def copy(
+    bag: Bag,
+    target: Path,
+    choice: TopicChoice | None = None,
+    span_s: tuple[float, float] = (0.0, math.inf),
+    config: RecorderConfig | None = None,
+) -> int:
+    """Copy the chosen topics' messages to a new bag at ``target`` and return how many there were.
+
+    ``span_s`` is the part to copy, in seconds from the first message. Raises BagError as a recorder does.
+    """
+    first_ns = (bag.span_ns or (0, 0))[0]
+    start_ns = first_ns + round(span_s[0] * 1e9)
+    end_ns = FOREVER_NS if math.isinf(span_s[1]) else first_ns + round(span_s[1] * 1e9)
+    topics = {name: topic for name, topic in bag.topics.items() if choice is None or name in choice}
+    with Recorder(target, config, definitions=StoredDefinitions(topics), custom=bag.custom) as recorder:
+        for topic in topics.values():
+            recorder.add_topic(topic.name, topic.type_name, topic.offers or (OfferedQos(),))
+        for message in bag.messages(choice, start_ns, end_ns):
+            recorder.write(message.topic, message.type_name, message.raw, message.log_ns, message.publish_ns)
+        return recorder.message_count
