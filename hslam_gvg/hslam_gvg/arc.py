@@ -6,6 +6,7 @@ Arcs of one flat wall cross at small angles, if at all; but they have the wall a
 fixes where each one touches it (regions of constant depth, Leonard and Durrant-Whyte 1992).
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -18,6 +19,8 @@ Flags = npt.NDArray[np.bool_]
 LEVERAGE = 0.12
 """Least distance between two echoes that give a wall's direction, by the range squared (1/m): range noise of 1 %
 then moves the point along the wall by no more than some 15 cm."""
+SAME_FACE_M = 1e-6
+"""Transducers nearer than this are in one place."""
 WALL_SLACK = 0.4
 """How far (rad) outside the cone a wall's normal may lie; the cone's edge then hears the wall (Polaroids do)."""
 
@@ -32,7 +35,7 @@ class Arc(NamedTuple):
 
     def point(self, azimuth: float) -> tuple[float, float]:
         """Return the point (m) of the arc's circle in a direction (rad)."""
-        return self.x + self.range_m * float(np.cos(azimuth)), self.y + self.range_m * float(np.sin(azimuth))
+        return self.x + self.range_m * math.cos(azimuth), self.y + self.range_m * math.sin(azimuth)
 
 
 class Arcs(NamedTuple):
@@ -64,40 +67,35 @@ def relate(new: Arc, old: Arcs, half_cone: float, least_crossing: float, least_s
     A crossing counts within both cones at more than ``least_crossing`` (rad); a tangent needs transducers at
     least ``least_step_m`` apart and a normal that both cones can hear.
     """
+    # Unit vectors throughout: along the base (u), the axes, and the directions sought, as cosine pairs.
     dx, dy = old.x - new.x, old.y - new.y
-    gap = np.sqrt(dx * dx + dy * dy)
-    safe = np.where(gap > 1e-6, gap, 1.0)
-    towards = np.arctan2(dy, dx)
+    gap = np.maximum(np.sqrt(dx * dx + dy * dy), SAME_FACE_M)
+    ux, uy = dx / gap, dy / gap
     r, q = new.range_m, old.range_m
+    ax, ay = math.cos(new.axis), math.sin(new.axis)
+    bx, by = np.cos(old.axis), np.sin(old.axis)
+    # The solution on the side of the base that the new sonar looks to.
+    side = np.where(ux * ay - uy * ax >= 0.0, 1.0, -1.0)
 
-    # Crossing: law of cosines in the triangle transducer - transducer - intersection.
-    cos_new = (r * r + gap * gap - q * q) / (2.0 * r * safe)
-    real = (np.abs(cos_new) < 1.0) & (gap > 1e-6)
-    half = np.arccos(np.clip(cos_new, -1.0, 1.0))
-    side = np.where(wrap_all(new.axis - towards) >= 0.0, 1.0, -1.0)
-    crossing = towards + side * half
-    on_old = np.arctan2(r * np.sin(crossing) - dy, r * np.cos(crossing) - dx)
-    transversal = np.abs(wrap_all(crossing - on_old)) > least_crossing
-    crosses = (
-        real
-        & transversal
-        & (np.abs(wrap_all(crossing - new.axis)) <= half_cone)
-        & (np.abs(wrap_all(on_old - old.axis)) <= half_cone)
-    )
+    # Crossing p: law of cosines in the triangle transducer - transducer - intersection.
+    cosine = (r * r + gap * gap - q * q) / (2.0 * r * gap)
+    sine = side * np.sqrt(np.maximum(1.0 - cosine * cosine, 0.0))
+    px, py = cosine * ux - sine * uy, cosine * uy + sine * ux
+    ox, oy = (r * px - dx) / q, (r * py - dy) / q
+    least = math.cos(half_cone)
+    crosses = np.abs(cosine) < 1.0
+    crosses &= px * ox + py * oy < math.cos(least_crossing)
+    crosses &= (px * ax + py * ay >= least) & (ox * bx + oy * by >= least)
 
     # Tangent: n . (c_old - c_new) = r_new - r_old for the unit normal n.
-    cos_normal = (r - q) / safe
-    tilt = np.arccos(np.clip(cos_normal, -1.0, 1.0))
-    normal = towards + side * tilt
-    heard = half_cone + WALL_SLACK
-    wall_length = gap * np.sin(tilt)
-    touches = (
-        (np.abs(cos_normal) < 1.0)
-        & (wall_length > np.maximum(least_step_m, LEVERAGE * r * r))
-        & (np.abs(wrap_all(normal - new.axis)) <= heard)
-        & (np.abs(wrap_all(normal - old.axis)) <= heard)
-    )
-    return Relations(crosses, crossing, on_old, touches, normal, wall_length)
+    tilt = (r - q) / gap
+    across = np.sqrt(np.maximum(1.0 - tilt * tilt, 0.0))
+    nx, ny = tilt * ux - side * across * uy, tilt * uy + side * across * ux
+    heard = math.cos(half_cone + WALL_SLACK)
+    wall_length = gap * across
+    touches = wall_length > max(least_step_m, LEVERAGE * r * r)
+    touches &= (nx * ax + ny * ay >= heard) & (nx * bx + ny * by >= heard)
+    return Relations(crosses, np.arctan2(py, px), np.arctan2(oy, ox), touches, np.arctan2(ny, nx), wall_length)
 
 
 def median_azimuth(azimuths: Array, axis: float) -> float:
