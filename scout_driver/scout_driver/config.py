@@ -46,7 +46,7 @@ class DriverConfig(Configuration):
         0.5, "limit on forward acceleration, and AC of the base's wheels", low=0.05, high=3.0, unit="m/s^2"
     )
     turn_acceleration_rad_s2: float = parameter(
-        2.5, "limit on turning acceleration", low=0.1, high=20.0, unit="rad/s^2"
+        4.0, "limit on turning acceleration", low=0.1, high=20.0, unit="rad/s^2"
     )
     bumper_mask: int = parameter(
         0xFFFFFF, "bumper bits that count as a contact (their number is not known)", low=0, high=0xFFFFFF

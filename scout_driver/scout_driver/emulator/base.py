@@ -85,7 +85,7 @@ class EmulatedBase:
             self._fed_s = self.now_s
         if kind == CommandKind.WAIT_STOPPED:
             self._waiting_until_s = self.now_s + command.values[3]
-        elif kind in _MOTION:
+        elif kind in MOTION:
             self._move(kind, command.values)
         elif kind in _ENCODER:
             self._define(kind, command.values)
@@ -162,7 +162,7 @@ class EmulatedBase:
         self.sonar.tick(self.now_s, self._floor.range_m)
 
 
-_MOTION = frozenset(
+MOTION = frozenset(
     {
         CommandKind.ACCELERATION,
         CommandKind.SPEED,

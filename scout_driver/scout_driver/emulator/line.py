@@ -6,7 +6,7 @@ jumps from event to event.
 
 from collections import deque
 
-from scout_driver.emulator.base import EmulatedBase
+from scout_driver.emulator.base import MOTION, EmulatedBase
 from scout_driver.emulator.config import EmulatorConfig
 from scout_driver.emulator.faults import Faults, ReplyFault
 from scout_driver.errors import ProtocolError
@@ -126,12 +126,20 @@ class EmulatedLine:
         self._send(encode_frame(reply) * (2 if fault is ReplyFault.REPEATED else 1), when, held_s)
 
     def _carry_out(self, command: Command) -> Frame | None:
-        """Return the reply; in lock-step the state is that of the end of the step the command began."""
-        if self._config.exchange_s == 0.0:
-            return self.base.handle(command)
-        self.base.carry_out(command)
-        self.base.advance(self.base.now_s + self._config.exchange_s)
-        return self.base.reply(command.kind)
+        """Return the reply; in lock-step the state is that of the end of the step that a motion began.
+
+        Whatever is no motion takes effect as the reply is made, as it does outside lock-step.
+        """
+        base, step_s = self.base, self._config.exchange_s
+        if step_s == 0.0:
+            return base.handle(command)
+        if command.kind not in MOTION:
+            base.advance(base.now_s + step_s)
+            base.carry_out(command)
+        else:
+            base.carry_out(command)
+            base.advance(base.now_s + step_s)
+        return base.reply(command.kind)
 
     def _send(self, data: bytes, when: float, held_s: float) -> None:
         """Put a reply on the line."""
