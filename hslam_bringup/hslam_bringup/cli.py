@@ -1,36 +1,58 @@
-"""The `hslam` command."""
+"""The `hslam` command.  Every subcommand imports what it needs when it runs, so that `--help` answers at once."""
 
+import json
 import sys
+from collections import Counter
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich.console import Console
+from rich.table import Table
 
 from hslam_types.errors import HslamError
 
 app = typer.Typer(
-    help="Hierarchical SLAM: explore a floor by sonar along the generalized Voronoi graph, into an atlas of maps.",
+    help="Hierarchical SLAM: explore a floor by sonar along the generalized Voronoi graph into an atlas of maps.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
 )
+bag_app = typer.Typer(help="Look into bags and repair damaged ones.", no_args_is_help=True)
+app.add_typer(bag_app, name="bag")
 console = Console()
+
+World = Annotated[str, typer.Argument(help="wean_hall_6, small_world, a world YAML or a map_server YAML")]
+BagPath = Annotated[Path, typer.Argument(help="a rosbag2 directory, or a .mcap or .db3 file")]
+Settings = Annotated[
+    list[str] | None, typer.Option("--set", help="NODE.PARAMETER=VALUE, e.g. ekf.accept_gate=9.0; repeatable")
+]
+Topics = Annotated[list[str] | None, typer.Option("--topic", help="only topics of this name or pattern; repeatable")]
+
+
+class Robot(StrEnum):
+    """Which base a run drives."""
+
+    SIM = "sim"
+    SCOUT = "scout"
 
 
 @app.command()
 def explore(
-    world: Annotated[str, typer.Argument(help="wean_hall_6, small_world, a world YAML or a map_server YAML")],
+    world: World,
+    *,
     seed: Annotated[int, typer.Option(help="seed of all chance: noise, odometry bias, landmarks", min=0)] = 1,
     out: Annotated[
         Path | None, typer.Option(help="folder for bag, atlas, figures and report [runs/WORLD_SEED]")
     ] = None,
+    robot: Annotated[
+        Robot, typer.Option(help="the simulated base directly, or an emulated Scout behind its serial line")
+    ] = Robot.SIM,
     in_process: Annotated[
         bool, typer.Option("--in-process", help="one process instead of one per node: same atlas, faster")
     ] = False,
-    settings: Annotated[
-        list[str], typer.Option("--set", help="NODE.PARAMETER=VALUE, e.g. ekf.accept_gate=9.0; repeatable")
-    ] = [],  # noqa: B006
+    settings: Settings = None,
     force: Annotated[bool, typer.Option("--force", help="replace an earlier run in --out")] = False,
     time_limit: Annotated[float, typer.Option(help="give up after so many simulated seconds", min=1.0)] = 14_400.0,
 ) -> None:
@@ -40,11 +62,13 @@ def explore(
     Exit status 0 when the exploration completed.
     """
     from hslam_bringup.errors import RunError
-    from hslam_bringup.explore import explore_and_report  # heavy imports only where they are needed
+    from hslam_bringup.explore import explore_and_report
     from hslam_bringup.run_options import RunOptions, parse_settings, prepare_output
 
     out = out or Path("runs") / f"{Path(world).stem}_{seed}"
-    options = RunOptions(world, seed, out, parse_settings(settings), time_limit)
+    options = RunOptions(world, seed, out, parse_settings(settings or ()), time_limit, robot.value)
+    if in_process and robot is Robot.SCOUT:
+        raise RunError("--in-process drives the simulated base; the Scout has a serial line: leave one of the two out")
     prepare_output(out, force=force)
     try:
         fields = explore_and_report(options, in_process=in_process, console=console)
@@ -52,14 +76,13 @@ def explore(
         sys.stderr.write(f"hslam: interrupted; what was recorded until then is in {out}\n")
         raise typer.Exit(130) from None
     if not fields["completed"]:
-        raise RunError(
-            f"not finished after {time_limit:.0f} s of simulated time; what was learnt until then is in {out}"
-        )
+        raise RunError(f"not finished after {time_limit:.0f} simulated seconds; what was learnt until then is in {out}")
 
 
 @app.command()
 def gvg(
-    world: Annotated[str, typer.Argument(help="wean_hall_6, small_world, a world YAML or a map_server YAML")],
+    world: World,
+    *,
     out: Annotated[Path | None, typer.Option(help="picture to draw (.png or .svg) [WORLD_gvg.png]")] = None,
 ) -> None:
     """Compute the true reduced GVG of a floor from its geometry, print its counts and draw it."""
@@ -71,7 +94,112 @@ def gvg(
         truth = true_gvg(floor)
         path = out or Path(f"{floor.name}_gvg.png")
         draw_true_gvg(floor, truth, path)
-    console.print(truth.summary(), f"drawn to {path}", sep="\n")
+    degrees = Counter(node.degree for node in truth.nodes)
+    core = sum(node.core for node in truth.nodes)
+    cycles = len(truth.edges) - len(truth.nodes) + 1
+    console.print(f"{len(truth.nodes)} nodes ({core} core), {len(truth.edges)} edges, {cycles} cycles")
+    console.print("nodes by degree: " + ", ".join(f"{count} of {degree}" for degree, count in sorted(degrees.items())))
+    console.print(f"drawn to {path}")
+
+
+@app.command()
+def record(
+    path: Annotated[Path, typer.Argument(help="folder of the bag, new or empty")],
+    *,
+    topics: Topics = None,
+) -> None:
+    """Record topics of the running system to a rosbag2 directory (MCAP) until Ctrl-C."""
+    from hslam_bags.commands import record as run
+
+    run(path, topics or ())
+
+
+@app.command()
+def replay(
+    bag: BagPath,
+    *,
+    topics: Topics = None,
+    rate: Annotated[float, typer.Option(help="bag time by wall time", min=0.001)] = 1.0,
+    start: Annotated[float, typer.Option(help="seconds from the first message to begin at", min=0.0)] = 0.0,
+    paused: Annotated[bool, typer.Option("--paused", help="begin at rest; wake it by the service ~/resume")] = False,
+    live: Annotated[
+        str, typer.Option(help="nodes that run now, by commas: what they said in the bag is left out")
+    ] = "",
+    lockstep: Annotated[
+        bool, typer.Option("--lockstep", help="as fast as the live nodes answer, instead of at a rate")
+    ] = False,
+) -> None:
+    """Publish a bag's messages, with /clock."""
+    from hslam_bags.commands import replay as run
+
+    run(bag, topics or (), {"rate": rate, "start_s": start, "paused": paused, "live": live, "lockstep": lockstep})
+
+
+@app.command()
+def rebuild(
+    bag: BagPath,
+    atlas: Annotated[Path, typer.Argument(help="atlas file to write")],
+    *,
+    settings: Settings = None,
+) -> None:
+    """Build a run's atlas again from its bag, with other parameters if wished; without any it is identical."""
+    from hslam_bringup.rebuild import rebuild as run
+    from hslam_bringup.run_options import parse_settings
+
+    with console.status("reading") as status:
+        server = run(
+            bag,
+            atlas,
+            parse_settings(settings or ()),
+            lambda cycles: status.update(f"{cycles} cycles") if cycles % 500 == 0 else None,
+        )
+    graph = server.state.graph
+    console.print(f"{len(graph.nodes)} nodes and {len(graph.edges)} edges in {atlas}")
+
+
+@app.command()
+def compare(
+    a: Annotated[Path, typer.Argument(help="an atlas file")], b: Annotated[Path, typer.Argument(help="another")]
+) -> None:
+    """Compare two atlases; exit status 0 when their content is identical, 1 when it is not."""
+    from hslam_bringup.compare import compare as run
+
+    found = run(a, b)
+    table = Table("", str(a), str(b))
+    for name in ("nodes", "edges", "landmarks"):
+        first, second = getattr(found, name)
+        table.add_row(name, str(first), str(second))
+    console.print(table)
+    console.print(f"{found.edges_in_both} edges from the same drives, lengths {found.length_rms_m:.3f} m rms apart")
+    console.print("identical" if found.identical else "not identical")
+    raise typer.Exit(0 if found.identical else 1)
+
+
+@bag_app.command("info")
+def bag_info(bag: BagPath) -> None:
+    """Tell what is in a bag, damaged or not."""
+    from hslam_bags.commands import info
+
+    found = info(bag, thorough=True)
+    table = Table("topic", "type", "messages", title=f"{found.path}: {found.duration_s:.1f} s")
+    for topic in found.topics:
+        table.add_row(topic.name, topic.type_name, str(topic.message_count))
+    console.print(table)
+    for problem in found.problems:
+        console.print(f"damaged: {problem}", highlight=False)
+    raise typer.Exit(1 if found.problems else 0)
+
+
+@bag_app.command("repair")
+def bag_repair(
+    bag: BagPath,
+    target: Annotated[Path | None, typer.Argument(help="folder of the repaired bag [BAG_repaired]")] = None,
+) -> None:
+    """Copy what is readable of a damaged bag into a new, whole one; the damaged one is left as it is."""
+    from hslam_bags.commands import repair
+
+    found = repair(bag, target)
+    console.print(json.dumps(found._asdict(), default=str, indent=2))
 
 
 def main() -> None:

@@ -9,7 +9,7 @@ import yaml
 
 from hslam_bringup.errors import RunError
 
-NODES = ("sim", "gvg", "ekf", "atlas")
+NODES = ("sim", "gvg", "ekf", "atlas", "scout", "scout_emulator")
 """The nodes of a run whose parameters `--set` reaches."""
 
 
@@ -24,6 +24,8 @@ class RunOptions:
     """Parameters by node and name, over the defaults."""
     time_limit_s: float = 14_400.0
     """Simulated time after which an unfinished exploration is given up."""
+    robot: str = "sim"
+    """The base: "sim" directly, or "scout" through the emulated serial line."""
 
     @property
     def bag(self) -> Path:

@@ -29,41 +29,59 @@ def run_separately(options: RunOptions, show: Callable[[Snapshot], None]) -> Run
     Raises NodeDiedError, naming the node, when a process ends early.  However it ends, the nodes are stopped in
     order: the base first, the recorder last.
     """
+    bases = _simulated_base(options) if options.robot == "sim" else _scout_behind_its_line(options)
+    world = bases[0].name
+    levels = _levels(options, world)
     with private_domain() as domain:
         fleet = Fleet(options.out / "log", domain)
-        order = ["sim", "atlas", "ekf", "gvg", "recorder"]
         try:
-            for node in _nodes(options):
+            for node in levels + bases:
                 fleet.start(node)
-            completed = _watch(fleet, domain, options, show)
+            completed = _watch(fleet, world, domain, options, show)
         finally:
-            fleet.stop(order)
+            fleet.stop([node.name for node in reversed(levels + bases)])
         return RunEnd(completed, fleet.peak_rss_mb())
 
 
-def _nodes(options: RunOptions) -> list[NodeProcess]:
-    def parameters(name: str, own: Mapping[str, object]) -> dict[str, object]:
-        return {"lockstep": True} | dict(own) | options.node_settings(name)
+def _levels(options: RunOptions, world: str) -> list[NodeProcess]:
+    """Return the recorder and the three levels; ``world`` is the node that looks for landmarks."""
+    recorder = {"path": str(options.bag), "require": "odom,cmd_vel,gvg/events,ekf/edge_maps,atlas/atlas"}
+    ekf = {"landmark_source": world}
+    atlas = {"store": str(options.atlas), "mission": "explore"}
+    return [
+        NodeProcess("recorder", "hslam_bags", "record_node", recorder),
+        NodeProcess("atlas", "hslam_atlas", "atlas_node", _parameters(options, "atlas", atlas)),
+        NodeProcess("ekf", "hslam_ekf", "ekf_node", _parameters(options, "ekf", ekf)),
+        NodeProcess("gvg", "hslam_gvg", "gvg_node", _parameters(options, "gvg", {})),
+    ]
 
-    sim = {
+
+def _simulated_base(options: RunOptions) -> list[NodeProcess]:
+    return [NodeProcess("sim", "hslam_sim", "sim_node", _parameters(options, "sim", _world_parameters(options)))]
+
+
+def _scout_behind_its_line(options: RunOptions) -> list[NodeProcess]:
+    """Return the emulated base with the world behind it, and the driver at the other end of its serial line."""
+    line = {"port": str((options.out / "scout.tty").absolute())}
+    emulator = _parameters(options, "scout_emulator", _world_parameters(options) | line)
+    return [
+        NodeProcess("scout_emulator", "scout_driver", "scout_emulator", emulator),
+        NodeProcess("scout", "scout_driver", "scout_node", _parameters(options, "scout", line)),
+    ]
+
+
+def _world_parameters(options: RunOptions) -> dict[str, object]:
+    awaited = ["gvg", "ekf", "atlas", "recorder"]
+    return {
         "world": options.world,
         "seed": options.seed,
         "landmark_seed": options.seed,
-        "lockstep_nodes": ["gvg", "ekf", "atlas", "recorder"],
+        "lockstep_nodes": awaited,
     }
-    atlas = {"store": str(options.atlas), "mission": "explore"}
-    return [
-        NodeProcess(
-            "recorder",
-            "hslam_bags",
-            "record_node",
-            {"path": str(options.bag), "require": "odom,cmd_vel,gvg/events,ekf/edge_maps,atlas/atlas"},
-        ),
-        NodeProcess("gvg", "hslam_gvg", "gvg_node", parameters("gvg", {})),
-        NodeProcess("ekf", "hslam_ekf", "ekf_node", parameters("ekf", {})),
-        NodeProcess("atlas", "hslam_atlas", "atlas_node", parameters("atlas", atlas)),
-        NodeProcess("sim", "hslam_sim", "sim_node", parameters("sim", sim)),
-    ]
+
+
+def _parameters(options: RunOptions, node: str, own: Mapping[str, object]) -> dict[str, object]:
+    return {"lockstep": True} | dict(own) | options.node_settings(node)
 
 
 class _Onlooker:
@@ -107,14 +125,16 @@ class _Onlooker:
         self._node.destroy_node()
 
 
-def _watch(fleet: Fleet, domain: PrivateDomain, options: RunOptions, show: Callable[[Snapshot], None]) -> bool:
+def _watch(
+    fleet: Fleet, world: str, domain: PrivateDomain, options: RunOptions, show: Callable[[Snapshot], None]
+) -> bool:
     """Follow the run to its end; return whether that was the mission's, not the time limit."""
     os.environ.update(domain.environment)
     context = rclpy.Context()
     rclpy.init(context=context, domain_id=domain.number)
     onlooker = _Onlooker(context)
     try:
-        while not fleet.ended("sim"):
+        while not fleet.ended(world):
             time.sleep(_LOOK_S)
             now = onlooker.look()
             if now is not None:
