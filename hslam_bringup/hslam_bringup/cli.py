@@ -138,23 +138,20 @@ def replay(
 @app.command()
 def rebuild(
     bag: BagPath,
-    atlas: Annotated[Path, typer.Argument(help="atlas file to write")],
     *,
+    out: Annotated[Path, typer.Option(help="folder for the atlas.db to write")],
     settings: Settings = None,
+    force: Annotated[bool, typer.Option("--force", help="replace an earlier run in --out")] = False,
 ) -> None:
     """Build a run's atlas again from its bag, with other parameters if wished; without any it is identical."""
-    from hslam_bringup.rebuild import rebuild as run
-    from hslam_bringup.run_options import parse_settings
+    from hslam_bringup.bag_loop import rebuild_atlas
+    from hslam_bringup.run_options import RunOptions, parse_settings, prepare_output
 
-    with console.status("reading") as status:
-        server = run(
-            bag,
-            atlas,
-            parse_settings(settings or ()),
-            lambda cycles: status.update(f"{cycles} cycles") if cycles % 500 == 0 else None,
-        )
-    graph = server.state.graph
-    console.print(f"{len(graph.nodes)} nodes and {len(graph.edges)} edges in {atlas}")
+    options = RunOptions("", 0, out, parse_settings(settings or ()))
+    prepare_output(out, force=force)
+    with console.status(f"reading {bag}"):
+        cycles = rebuild_atlas(bag, options)
+    console.print(f"{cycles} cycles, the atlas is {options.atlas}")
 
 
 @app.command()
