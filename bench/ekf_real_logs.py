@@ -245,14 +245,17 @@ def dlr(path: Path) -> None:
 def main() -> None:
     """Run what was asked for; says so where the logs are not there."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("sets", nargs="*", default=["mrclam", "dlr"], choices=["mrclam", "dlr", []])
+    parser.add_argument("sets", nargs="*", metavar="mrclam|dlr", help="which logs; all without")
     parser.add_argument("--data", type=Path, default=DATA)
     options = parser.parse_args()
+    sets = options.sets or ["mrclam", "dlr"]
+    if unknown := set(sets) - {"mrclam", "dlr"}:
+        parser.error(f"no such logs: {', '.join(sorted(unknown))}")
     if not options.data.is_dir():
         sys.exit(f"no logs in {options.data}: give --data FOLDER")
-    if "mrclam" in options.sets:
+    if "mrclam" in sets:
         mrclam(options.data / "mrclam6")
-    if "dlr" in options.sets:
+    if "dlr" in sets:
         dlr(options.data / "dlr" / "map.circles")
 
 
