@@ -50,6 +50,10 @@ class GvgConfig(Configuration):
     passable_gap_m: float = parameter(
         0.85, "obstacles closer together than this are one obstacle", low=0.4, high=3.0, unit="m"
     )
+    narrowest_gap_m: float = parameter(
+        0.6, "the same beside near walls, which are known densely: a little wider than the body", low=0.3, high=3.0,
+        unit="m",
+    )  # fmt: skip
     separation: float = parameter(
         math.radians(60.0), "least angle between two closest points", low=0.3, high=2.0, unit="rad"
     )

@@ -16,6 +16,7 @@ from hslam_types.se2 import SE2, Array
 
 EQUIDISTANT_M = 0.3
 """Obstacles whose distances differ by no more than this meet here."""
+GAP_BY_ROOM = 1.2
 HOMING_STEPS = 12
 AHEAD_M = 0.25
 """A node this little ahead counts as reached."""
@@ -31,7 +32,11 @@ class NodeDetector:
     def graph(self, points: Array, x: float, y: float) -> ReducedGraph:
         """Return the reduced graph round a place."""
         config = self._config
-        raw = voronoi_graph(points, x, y, config.horizon_m, config.passable_gap_m)
+        near = closest_points(points, x, y, config.reach_m, config.separation, most=1)
+        room = near[0].distance_m if near else config.reach_m
+        # Near walls are known densely, far ones have holes: a hole must be wider to count as a way where there is room.
+        gap_m = min(config.passable_gap_m, max(config.narrowest_gap_m, GAP_BY_ROOM * room))
+        raw = voronoi_graph(points, x, y, config.horizon_m, gap_m)
         return ReducedGraph(raw, config.dead_end_m, config.chord_m)
 
     def passed(

@@ -34,6 +34,9 @@ COURSE_BACK_M = 1.0
 NOT_BACK = math.radians(60.0)
 SHARPEST_TURN = math.radians(120.0)
 TRIES = 3
+BACKING_S = 2.0
+LEAF_M = 1.5
+LEAST_EDGE_M = 1.0
 
 
 class GvgError(HslamError):
@@ -52,6 +55,7 @@ class GvgState(Enum):
     PROBING = "probing"
     SETTLING = "settling"
     RESUMING = "resuming"
+    BACKING = "backing"
     STRAIGHT = "straight"
 
 
@@ -87,6 +91,7 @@ class GvgServer:
             GvgState.PROBING: self._probe,
             GvgState.SETTLING: self._settle,
             GvgState.RESUMING: self._resume,
+            GvgState.BACKING: self._back_off,
             GvgState.STRAIGHT: self._straight,
         }
         self._pose, self._stamp_ns, self._since_ns = SE2(), 0, 0
@@ -101,6 +106,7 @@ class GvgServer:
         self._plan = Probe(())
         self._tries = 0
         self._handled: list[tuple[float, float, float]] = []
+        self._obstructions: list[tuple[float, float, float, float]] = []
         self._doubts: list[tuple[float, float]] = []
         self._goal = (0.0, 0.0)
         self._blocked_ns = 0
@@ -169,7 +175,7 @@ class GvgServer:
         """Announce the GVG and follow it the way that is nearer to the heading."""
         x, y, heading = self._pose
         ways = self._detector.graph(self.map.points(), x, y).passing(x, y)
-        self._heading = min(ways, key=lambda way: abs(wrap(way - heading)), default=heading)
+        self._heading = min(self._unobstructed(ways) or ways, key=lambda way: abs(wrap(way - heading)), default=heading)
         self._journey.begin(x, y)
         self._announce(EventKind.ACCESS)
         self._enter(GvgState.RESUMING)
@@ -325,26 +331,44 @@ class GvgServer:
         return Velocity()
 
     def _give_way(self) -> Velocity:
-        """Blocked while tracing: what is no way on is a boundary point; where even that fails, say so."""
-        self._tries += 1
+        """Blocked while tracing: home on the dead end if the map shows one, else step back to choose again."""
         x, y, heading = self._pose
-        graph = self._detector.graph(self.map.points(), x, y)
-        leaf = graph.node_near(x, y, 1.5)
-        self._blocked_ns = self._stamp_ns
-        if leaf is not None and self._tries <= 1:
+        leaf = self._detector.graph(self.map.points(), x, y).node_near(x, y, LEAF_M)
+        self._obstructions.append((x, y, heading, self.map.travel_m + self.config.suppress_travel_m))
+        self._tries += 1
+        if leaf is not None and leaf.degree == 1 and self._tries == 1:
             self._target = leaf
             self._enter(GvgState.HOMING)
-            return Velocity()
-        ways = graph.passing(x, y)
+        else:
+            self._enter(GvgState.BACKING)
+        return Velocity()
+
+    def _back_off(self) -> Velocity:
+        """Step back from what blocks the way, then take one that is not blocked; where none is left, the edge ends."""
+        x, y, heading = self._pose
+        if self._waited_s() < BACKING_S and not self._reflex.blocked:
+            return Velocity(-self._pace(0.5), 0.0)
+        ways = self._detector.graph(self.map.points(), x, y).passing(x, y)
         back = self._journey.came_from(x, y, self.config.chord_m)
-        on = [way for way in ways if back is None or abs(wrap(way - back)) > 1.0]
+        on = [w for w in self._unobstructed(ways) if back is None or abs(wrap(w - back)) > NOT_BACK]
         if on and self._tries <= TRIES:
             self._heading = min(on, key=lambda way: abs(wrap(way - heading)))
             self._enter(GvgState.RESUMING)
-            return Velocity()
-        self._announce(EventKind.LOST)
-        self._enter(GvgState.IDLE)
+        elif back is not None and self._journey.length_m > LEAST_EDGE_M:
+            near = closest_points(self.map.points(), x, y, self.config.reach_m, self.config.separation, most=1)
+            clearance_m = near[0].distance_m if near else self.config.crawl_m
+            return self._arrive(ReducedNode(x, y, clearance_m, (back,)))
+        else:
+            self._announce(EventKind.LOST)
+            self._enter(GvgState.IDLE)
         return Velocity()
+
+    def _unobstructed(self, ways: tuple[float, ...]) -> list[float]:
+        """Return the ways that have not just proved blocked from about here."""
+        x, y, _ = self._pose
+        self._obstructions = [o for o in self._obstructions if self.map.travel_m < o[3]]
+        near = [o[2] for o in self._obstructions if math.hypot(o[0] - x, o[1] - y) < SAME_NODE_M]
+        return [way for way in ways if all(abs(wrap(way - blocked)) > NOT_BACK for blocked in near)]
 
     def _straight(self) -> Velocity:
         """Drive to a point; idle when there, lost when something stands in the way."""
