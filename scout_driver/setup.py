@@ -25,6 +25,7 @@ setup(
         "console_scripts": [
             "scout_node = scout_driver.scout_node:main",
             "scout_emulator = scout_driver.scout_emulator:main",
+            "scout_calibrate = scout_driver.scout_calibrate:main",
         ]
     },
 )
