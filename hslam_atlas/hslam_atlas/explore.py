@@ -31,7 +31,7 @@ def _confirming(state: AtlasState, questions: Questions, here: Here) -> int | No
     """Return a new branch that, if this node is the one suspected, is a known edge: the shortest such."""
     node = state.graph.nodes[here.node]
     for question in questions.of(here.node):
-        if question.evidence < _PLAUSIBLE:
+        if questions.evidence(question) < _PLAUSIBLE:
             break
         other = state.graph.nodes[question.other]
         partners = branch_partners(node, other, question.node_in_other, state.config.branch_gate)

@@ -1,7 +1,9 @@
 """The hypothesis "this is that node": how well a sight of a node fits a stored one."""
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
 
@@ -22,6 +24,8 @@ _POSE_ALONE = 8.0
 """Evidence of pose and exclusion that needs no map to support it."""
 _CROWDED = 0.02
 """Chance of a second node nearer to one than its obstacles: the reduced GVG has none, sensing errs."""
+_LOOK_ALIKES_TRIED = 3
+"""Nodes compared with every arrival to learn how much places look alike."""
 _START_SPACING = math.radians(6.0)
 """Spacing of the headings the alignment is started from."""
 
@@ -46,8 +50,12 @@ class Hypothesis:
 
     node: int
     sight_in_node: UncertainPose
+    place_evidence: float
+    """Log-odds against "a new node" (nats) by pose, kind, degree and clearance."""
+    map_evidence: float | None
+    """By the constellation of landmarks, not capped; None without maps."""
     evidence: float
-    """Log-odds against "a new node" (nats)."""
+    """Both together, the map's share limited by how often places look alike."""
     branches: tuple[int | None, ...]
     """For each of the sight's branches the node's key."""
     credible: bool
@@ -68,9 +76,41 @@ def weigh(
     if pose is None:
         return None
     match, refined = best_constellation(graph, maps, node, sight, sight_in_node, config)
-    evidence = pose + view_evidence(node, sight) + (look_alikes.capped(match.evidence) if match else 0.0)
+    place = pose + view_evidence(node, sight)
+    evidence = place + look_alikes.joint([match.evidence] if match else [])
     credible = match.agrees if match and match.evidence < 0.0 else pose > _POSE_ALONE or bool(match and match.agrees)
-    return Hypothesis(node.id, refined, evidence, align_branches(node, sight, refined.pose, config), credible)
+    branches = align_branches(node, sight, refined.pose, config)
+    return Hypothesis(node.id, refined, place, match.evidence if match else None, evidence, branches, credible)
+
+
+def learn_look_alikes(
+    graph: AtlasGraph,
+    maps: EdgeMaps,
+    others: Iterable[tuple[Node, UncertainPose]],
+    sight: Sight,
+    look_alikes: LookAlikes,
+    config: AtlasConfig,
+) -> None:
+    """Compare a sight with a few nodes it cannot be, as if it were each of them: do different places look alike here?
+
+    ``others``: nodes with the sight's chained pose in them, the nearest first.
+    """
+    different = (
+        (node, pose)
+        for node, pose in others
+        if node.kind is sight.kind and _pose_evidence(pose.inflated(2.0), 0.0, config) is None
+    )
+    for node, pose in islice(different, _LOOK_ALIKES_TRIED):
+        branch = next((branch for branch in node.ordered() if branch.edge is not None), None)
+        if branch is None or branch.edge is None or sight.edge_map is None:
+            continue
+        edge = graph.edges[branch.edge]
+        end = edge.end_at(node.id, branch.key)
+        heading = edge.ends[end].frame_in_node.pose.inverse() @ SE2(0.0, 0.0, pose.pose.theta)
+        spread = _prior(pose, config)
+        stored = maps.seen_from(edge.id, end)
+        match = match_constellations(stored, sight.edge_map, SE2(0.0, 0.0, heading.theta), spread, config)
+        look_alikes.count(match.evidence)
 
 
 def align_branches(node: Node, sight: Sight, sight_in_node: SE2, config: AtlasConfig) -> tuple[int | None, ...]:

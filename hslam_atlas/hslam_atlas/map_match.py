@@ -18,6 +18,8 @@ from hslam_types.se2 import SE2, Array
 
 Indices = npt.NDArray[np.intp]
 
+_CHANCE_MOST = 0.4
+"""No more of a landmark's absence is excused (nats): walls elsewhere need not even be in its place."""
 _LEAST_SHOWN = 0.5
 """Two maps of one place share at least this much."""
 _SIDE_ARMS_M = 6.0
@@ -120,7 +122,7 @@ def _judge(
     chance = 2.0 * math.sqrt(config.pair_gate) * alignment.sigma_m * density
     # How much of one map the other shows varies with the floor: no worse is assumed than what is seen here.
     shown = min(max(2.0 * pairs / max(2.0 * pairs + alone, 1.0), _LEAST_SHOWN), visible)
-    evidence = alignment.gain + pairs * math.log(shown) + alone * (math.log(1.0 - shown) + min(chance, 1.5))
+    evidence = alignment.gain + pairs * math.log(shown) + alone * (math.log(1.0 - shown) + min(chance, _CHANCE_MOST))
     fraction = pairs / max(expected_e, expected_c, 1)
     distance = alignment.chi / max(alignment.freedom, 1)
     agrees = pairs >= 3 and fraction >= config.least_fraction and distance <= config.map_distance

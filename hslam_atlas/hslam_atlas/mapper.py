@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from hslam_atlas.chain import chained
 from hslam_atlas.errors import AtlasError
 from hslam_atlas.graph import EdgeEnd, Node
-from hslam_atlas.hypothesis import Hypothesis, Sight, align_branches, weigh
+from hslam_atlas.hypothesis import Hypothesis, Sight, align_branches, learn_look_alikes, weigh
 from hslam_atlas.questions import Question, Questions
 from hslam_atlas.retrace import compare, convinces, far_end, far_sight_in_node, similar_length, update
 from hslam_atlas.state import AtlasState
@@ -135,9 +135,12 @@ class Mapper:
         state = self.state
         sight_in_start = start.frame_in_node @ far_end(edge_map)
         found: list[Hypothesis] = []
-        for node_id, node_in_start in chained(state.graph, start.node).items():
-            sight_in_node = node_in_start.inverse() @ sight_in_start
-            node = state.graph.nodes[node_id]
+        places = [
+            (state.graph.nodes[node_id], node_in_start.inverse() @ sight_in_start)
+            for node_id, node_in_start in chained(state.graph, start.node).items()
+        ]
+        learn_look_alikes(state.graph, state.maps, places, sight, state.look_alikes, state.config)
+        for node, sight_in_node in places:
             hypothesis = weigh(state.graph, state.maps, node, sight, sight_in_node, state.look_alikes, state.config)
             if hypothesis is not None:
                 found.append(hypothesis)
@@ -193,7 +196,7 @@ class Mapper:
             link(state, drive)
         for h in hypotheses:
             if h.evidence > state.config.keep_evidence:
-                self.questions.add(Question(node.id, h.node, h.sight_in_node, h.evidence))
+                self.questions.add(_question(node.id, h))
         self._stand(node.id, sight, UncertainPose.exact(SE2()), edge_map, event, new=True)
         self._review(start.node, node.id)
 
@@ -290,7 +293,14 @@ class Mapper:
                 state.config,
             )
             if h is not None and h.evidence > state.config.keep_evidence:
-                self.questions.add(Question(node.id, other, h.sight_in_node, h.evidence))
+                self.questions.add(_question(node.id, h))
+
+
+def _question(node: int, hypothesis: Hypothesis) -> Question:
+    """Return the question a hypothesis about a node leaves open."""
+    h = hypothesis
+    maps = () if h.map_evidence is None else (h.map_evidence,)
+    return Question(node, h.node, h.sight_in_node, h.place_evidence, maps)
 
 
 def _sight(event: GvgEvent, edge_map: EdgeMap) -> Sight:

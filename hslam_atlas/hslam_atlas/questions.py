@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field, replace
 
+from hslam_atlas.look_alikes import LookAlikes
 from hslam_atlas.merge import branch_partners, merge, twin_match
 from hslam_atlas.retrace import convinces
 from hslam_atlas.state import AtlasState, Merged
@@ -22,26 +23,37 @@ class Question:
     node: int
     other: int
     node_in_other: UncertainPose
-    evidence: float
-    """Log-odds (nats)."""
+    place_evidence: float
+    """Log-odds by pose, kind, degree and clearance (nats)."""
+    map_evidence: tuple[float, ...] = ()
+    """What each match of maps says, not capped."""
     compared: frozenset[tuple[int, int]] = field(default_factory=frozenset)
     """Pairs of edges that have been matched for it: none counts twice."""
+
+    def evidence(self, look_alikes: LookAlikes) -> float:
+        """Return the log-odds of "yes" (nats)."""
+        return self.place_evidence + look_alikes.joint(self.map_evidence)
 
 
 class Questions:
     """All open questions."""
 
-    def __init__(self) -> None:
-        """Start without doubts."""
+    def __init__(self, look_alikes: LookAlikes) -> None:
+        """Start without doubts; ``look_alikes`` says what matches are worth at any time."""
         self.open: list[Question] = []
+        self._look_alikes = look_alikes
+
+    def evidence(self, question: Question) -> float:
+        """Return the log-odds of "yes" as of now (nats)."""
+        return question.evidence(self._look_alikes)
 
     def of(self, node: int) -> list[Question]:
         """Return the questions about a node, the likeliest answer first."""
-        return sorted((q for q in self.open if q.node == node), key=lambda q: (-q.evidence, q.other))
+        return sorted((q for q in self.open if q.node == node), key=lambda q: (-self.evidence(q), q.other))
 
     def likely_one(self, a: int, b: int) -> bool:
         """Whether two nodes are likely one themselves, and so no rivals as answers to a question."""
-        return any({q.node, q.other} == {a, b} and q.evidence > _LIKELY for q in self.open)
+        return any({q.node, q.other} == {a, b} and self.evidence(q) > _LIKELY for q in self.open)
 
     def add(self, question: Question) -> None:
         """Open a question."""
@@ -53,11 +65,14 @@ class Questions:
         for question in asked:
             if question in self.open:
                 self.open[self.open.index(question)] = _weighed(state, question)
-        self.open = [q for q in self.open if q.evidence > state.config.keep_evidence]
+        self._drop_unlikely(state)
         while (answer := self._stands_alone(state)) is not None:
             if not self.settle(state, answer):
-                self.open[self.open.index(answer)] = replace(answer, evidence=answer.evidence - _IMPOSSIBLE)
-        self.open = [q for q in self.open if q.evidence > state.config.keep_evidence]
+                self.open[self.open.index(answer)] = replace(answer, place_evidence=answer.place_evidence - _IMPOSSIBLE)
+        self._drop_unlikely(state)
+
+    def _drop_unlikely(self, state: AtlasState) -> None:
+        self.open = [q for q in self.open if self.evidence(q) > state.config.keep_evidence]
 
     def settle(self, state: AtlasState, answer: Question) -> bool:
         """Make the two nodes one; False, and nothing changed, if that contradicts the maps."""
@@ -74,18 +89,19 @@ class Questions:
         for question in self.open:
             q = _followed(question, merged)
             known = kept.get((q.node, q.other))
-            if q.node != q.other and (known is None or known.evidence < q.evidence):
+            if q.node != q.other and (known is None or self.evidence(known) < self.evidence(q)):
                 kept[q.node, q.other] = q
         self.open = list(kept.values())
 
     def _stands_alone(self, state: AtlasState) -> Question | None:
         """Return a question whose answer is beyond doubt: enough evidence and a clear lead over every rival."""
-        for q in sorted(self.open, key=lambda q: (-q.evidence, q.node, q.other)):
-            if q.evidence < state.config.close_evidence:
+        for q in sorted(self.open, key=lambda q: (-self.evidence(q), q.node, q.other)):
+            evidence = self.evidence(q)
+            if evidence < state.config.close_evidence:
                 return None
             others = [r for r in self.open if r is not q and r.node == q.node]
-            rivals = [r.evidence for r in others if not self.likely_one(q.other, r.other)]
-            if q.evidence - max(rivals, default=0.0) >= state.config.close_margin:
+            rivals = [self.evidence(r) for r in others if not self.likely_one(q.other, r.other)]
+            if evidence - max(rivals, default=0.0) >= state.config.close_margin:
                 return q
         return None
 
@@ -107,7 +123,7 @@ def _weighed(state: AtlasState, question: Question) -> Question:
     graph = state.graph
     node, other = graph.nodes[question.node], graph.nodes[question.other]
     partners = branch_partners(node, other, question.node_in_other, state.config.branch_gate)
-    evidence, compared = question.evidence, set(question.compared)
+    place, map_evidence, compared = question.place_evidence, list(question.map_evidence), set(question.compared)
     for key, onto in partners.items():
         edge_id = node.branches[key].edge
         other_id = None if onto is None else other.branches[onto].edge
@@ -120,7 +136,7 @@ def _weighed(state: AtlasState, question: Question) -> Question:
         end, known_end = edge.end_at(node.id, key), known.end_at(other.id, onto)
         match = twin_match(state, edge_id, end, other_id, known_end, question.node_in_other)
         if match is not None and convinces(match, known, state.maps.get(edge_id), state):
-            evidence += state.look_alikes.capped(match.evidence)
+            map_evidence.append(match.evidence)
         else:
-            evidence -= _AGAINST
-    return replace(question, evidence=evidence, compared=frozenset(compared))
+            place -= _AGAINST
+    return replace(question, place_evidence=place, map_evidence=tuple(map_evidence), compared=frozenset(compared))

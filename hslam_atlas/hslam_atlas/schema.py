@@ -22,7 +22,8 @@ CREATE TABLE IF NOT EXISTS links (
     id INTEGER PRIMARY KEY, node0 INTEGER NOT NULL, node1 INTEGER NOT NULL, pose BLOB NOT NULL,
     path_length REAL NOT NULL);
 CREATE TABLE IF NOT EXISTS questions (
-    node INTEGER NOT NULL, other INTEGER NOT NULL, pose BLOB NOT NULL, evidence REAL NOT NULL, compared TEXT NOT NULL,
+    node INTEGER NOT NULL, other INTEGER NOT NULL, pose BLOB NOT NULL, place_evidence REAL NOT NULL,
+    map_evidence TEXT NOT NULL, compared TEXT NOT NULL,
     PRIMARY KEY (node, other)) WITHOUT ROWID;
 """
 """Poses are twelve little-endian doubles: x, y (m), theta (rad) and their 3 x 3 covariance, row-major. Frames of edges

@@ -35,7 +35,7 @@ class AtlasServer:
         self.store = store or AtlasStore()
         graph, doubts = self.store.load()
         self.state = AtlasState(config, graph, self.store, LookAlikes(config.repetition))
-        self.questions = Questions()
+        self.questions = Questions(self.state.look_alikes)
         self.questions.open = doubts
         self.mapper = Mapper(self.state, self.questions)
         self.exploring = config.mission == "explore"

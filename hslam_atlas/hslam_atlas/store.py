@@ -112,8 +112,9 @@ class AtlasStore:
         db.execute("DELETE FROM questions")
         for q in sorted(questions, key=lambda q: (q.node, q.other)):
             compared = json.dumps(sorted(q.compared))
-            row = (q.node, q.other, _pose_to_blob(q.node_in_other), q.evidence, compared)
-            db.execute("INSERT OR REPLACE INTO questions VALUES (?, ?, ?, ?, ?)", row)
+            pose, maps = _pose_to_blob(q.node_in_other), json.dumps(q.map_evidence)
+            row = (q.node, q.other, pose, q.place_evidence, maps, compared)
+            db.execute("INSERT OR REPLACE INTO questions VALUES (?, ?, ?, ?, ?, ?)", row)
         self.set_meta("next_ids", json.dumps(graph.next_ids()))
         db.commit()
         graph.changed_nodes.clear()
@@ -139,8 +140,15 @@ class AtlasStore:
         next_ids = self.meta("next_ids")
         graph.resume(json.loads(next_ids) if next_ids else [0, 0, 0])
         questions = [
-            Question(node, other, _pose_from_blob(pose), evidence, frozenset((a, b) for a, b in json.loads(compared)))
-            for node, other, pose, evidence, compared in db.execute("SELECT * FROM questions ORDER BY node, other")
+            Question(
+                node,
+                other,
+                _pose_from_blob(pose),
+                place,
+                tuple(json.loads(maps)),
+                frozenset((a, b) for a, b in json.loads(compared)),
+            )
+            for node, other, pose, place, maps, compared in db.execute("SELECT * FROM questions ORDER BY node, other")
         ]
         return graph, questions
 

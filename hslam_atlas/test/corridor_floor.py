@@ -145,3 +145,14 @@ def grid(columns: int, rows: int, pitch_m: float) -> tuple[Corridor, ...]:
             if row + 1 < rows:
                 corridors.append(Corridor(here, here + columns, ((x, y), (x, y + pitch_m)), 2.4))
     return tuple(corridors)
+
+
+def comb(teeth: int, pitch_m: float, depth_m: float) -> tuple[Corridor, ...]:
+    """Return a long loop whose lower corridor has dead ends like the teeth of a comb, one as the other."""
+    length = (teeth + 1) * pitch_m
+    places = [((k + 1) * pitch_m, 0.0) for k in range(teeth)]
+    corridors = [Corridor(k, k + 1, (places[k], places[k + 1]), 2.4) for k in range(teeth - 1)]
+    corridors += [Corridor(k, teeth + k, (place, (place[0], -depth_m)), 2.4) for k, place in enumerate(places)]
+    back = (places[-1], (length, 0.0), (length, 30.0), (0.0, 30.0), (0.0, 0.0), places[0])
+    corridors.append(Corridor(teeth - 1, 0, back, 2.4))
+    return tuple(corridors)
