@@ -1,11 +1,14 @@
 """A bag's messages in the order and the portions in which a replay publishes them."""
 
 import heapq
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from typing import NamedTuple
 
+from hslam_bags.bag import Bag
+from hslam_bags.errors import BagError
 from hslam_bags.recording_clock import NEAR_NS, leading_stamp_ns
 from hslam_bags.stored import StoredMessage
+from hslam_bags.topic_choice import TopicChoice
 
 WINDOW_NS = 2 * 10**9
 """How much later than its stamp a message may have been recorded and still be put back in its place."""
@@ -61,3 +64,19 @@ def in_portions(messages: Iterable[tuple[int, StoredMessage]], cycle_topic: str 
         complete = complete or message.topic == cycle_topic
     if held:
         yield Portion(time_ns, tuple(held), complete)
+
+
+def replayed(
+    bag: Bag, choice: TopicChoice, start_ns: int, stamped: Collection[str], cycle_topic: str | None
+) -> Iterator[Portion]:
+    """Yield what a replay publishes: by log time, or, with a ``cycle_topic``, by cycles in order of stamps.
+
+    ``stamped`` are the topics whose messages begin with a header. BagError if there are no cycles to go by.
+    """
+    messages = bag.messages(choice, start_ns)
+    if cycle_topic is None:
+        return in_portions(((message.log_ns, message) for message in messages), None)
+    if not bag.counts.get(cycle_topic) or cycle_topic not in choice:
+        raise BagError(bag.path, f"topic {cycle_topic}", "is not replayed, though it gives lock-step its cycles")
+    ordered = in_stamp_order(messages, lambda entry: stamp_of(entry) if entry.topic in stamped else entry.log_ns)
+    return in_portions(ordered, cycle_topic)

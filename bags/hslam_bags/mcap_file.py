@@ -5,12 +5,14 @@ of that summary. A write that fails (a full disk) puts the former summary back i
 needs no new space.
 """
 
+import itertools
 import os
 import sys
 import zlib
 from array import array
 from collections.abc import Mapping
 from pathlib import Path
+from typing import NamedTuple
 
 import zstandard
 
@@ -21,14 +23,22 @@ from hslam_bags.mcap_records import Op
 LIBRARY = "hslam_bags 1"
 
 
+class _Written(NamedTuple):
+    """What is on disk; replaced as one when a chunk is."""
+
+    counts: dict[int, int]
+    """Messages by channel."""
+    span_ns: tuple[int, int] | None
+    """First and last log time."""
+    chunk_indices: list[bytes]
+
+
 class McapFile:
     """Writes schemas, channels and messages; `flush` ends the chunk in progress."""
 
     def __init__(self, path: Path, *, chunk_bytes: int, compression: str) -> None:
         """Create ``path`` (BagError if it exists or cannot be made); a chunk ends at ``chunk_bytes`` before packing."""
         self.path = path
-        self.counts: dict[int, int] = {}
-        self.span_ns: tuple[int, int] | None = None
         self._chunk_bytes = chunk_bytes
         self._compression = compression
         self._packer = zstandard.ZstdCompressor(level=1) if compression == "zstd" else None
@@ -37,7 +47,7 @@ class McapFile:
         self._schemas: list[bytes] = []
         self._channels: list[bytes] = []
         self._unwritten: list[bytes] = []
-        self._chunk_indices: list[bytes] = []
+        self._written = _Written({}, None, [])
         self._metadata_indices: list[bytes] = []
         self._end = 0
         self._tail = b""
@@ -45,12 +55,22 @@ class McapFile:
             self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o644)
         except OSError as error:
             raise BagError(path, "", f"cannot be created: {error.strerror}") from error
-        self._append(mcap.MAGIC + mcap.header(LIBRARY))
+        self._append(mcap.MAGIC + mcap.header(LIBRARY), self._written)
 
     @property
     def size(self) -> int:
         """Bytes on disk, the summary left out."""
         return self._end
+
+    @property
+    def counts(self) -> dict[int, int]:
+        """Messages on disk by channel."""
+        return self._written.counts
+
+    @property
+    def span_ns(self) -> tuple[int, int] | None:
+        """First and last log time on disk."""
+        return self._written.span_ns
 
     @property
     def message_count(self) -> int:
@@ -73,18 +93,18 @@ class McapFile:
         channel_id = len(self._channels) + 1
         self._channels.append(mcap.channel(channel_id, schema_id, topic, metadata))
         self._unwritten.append(self._channels[-1])
-        self.counts[channel_id] = 0
+        self._written.counts[channel_id] = 0
         self._entries[channel_id] = array("Q")
         return channel_id
 
     def write(self, channel_id: int, log_ns: int, publish_ns: int, data: bytes) -> bool:
         """Add a message; True if that ended a chunk. The heart of recording, kept to a few calls."""
         chunk, entries = self._chunk, self._entries[channel_id]
-        sequence = self.counts[channel_id] + (len(entries) >> 1)
-        entries.append(log_ns)
-        entries.append(len(chunk))
-        chunk += mcap.MESSAGE.pack(Op.MESSAGE, 22 + len(data), channel_id, sequence & 0xFFFFFFFF, log_ns, publish_ns)
-        chunk += data
+        sequence = (self.counts[channel_id] + (len(entries) >> 1)) & 0xFFFFFFFF
+        offset = len(chunk)
+        # Whole records and whole entries, in this order: Ctrl-C between two of these lines leaves nothing half done.
+        chunk += mcap.MESSAGE.pack(Op.MESSAGE, 22 + len(data), channel_id, sequence, log_ns, publish_ns) + data
+        entries.extend((log_ns, offset))
         if len(chunk) < self._chunk_bytes:
             return False
         self.flush()
@@ -94,42 +114,37 @@ class McapFile:
         """Write the chunk in progress and make the file whole; BagError, and the file as before, if it cannot be."""
         if not self._chunk and not self._unwritten:
             return
-        former = self.counts, self.span_ns, len(self._chunk_indices)
-        written = [*self._unwritten]
+        records, after = [*self._unwritten], self._written
         if self._chunk:
-            written += self._chunk_records(self._end + sum(map(len, written)))
-        try:
-            self._append(b"".join(written))
-        except BagError:
-            self.counts, self.span_ns, chunks = former
-            del self._chunk_indices[chunks:]
-            raise
+            records, after = self._with_chunk(records)
+        self._append(b"".join(records), after)
         self._unwritten.clear()
         self._chunk = bytearray()
         for entries in self._entries.values():
             del entries[:]
 
-    def _chunk_records(self, offset: int) -> list[bytes]:
-        """Return the chunk in progress and its indices as they lie from ``offset`` on, and count them as written."""
+    def _with_chunk(self, records: list[bytes]) -> tuple[list[bytes], _Written]:
+        """Return ``records`` with the chunk in progress and its indices behind, and what is on disk after them."""
+        offset = self._end + sum(map(len, records))
         size = len(self._chunk)
         packed = self._packer.compress(self._chunk) if self._packer else bytes(self._chunk)
         used = {key: entries for key, entries in self._entries.items() if entries}
         span = min(min(entries[::2]) for entries in used.values()), max(max(entries[::2]) for entries in used.values())
-        records = [mcap.chunk(*span, size, zlib.crc32(self._chunk), self._compression, packed)]
-        length = len(records[0])
-        at, offsets = offset + length, []
-        for key, entries in used.items():
-            offsets.append((key, at))
-            records.append(mcap.message_index(key, _little_endian(entries)))
-            at += len(records[-1])
-        place, sizes = (offset, length), (len(packed), size)
-        self._chunk_indices.append(
-            mcap.chunk_index(span, place, offsets, at - offset - length, self._compression, sizes)
+        chunk = mcap.chunk(*span, size, zlib.crc32(self._chunk), self._compression, packed)
+        indices = [mcap.message_index(key, _little_endian(entries)) for key, entries in used.items()]
+        starts = itertools.accumulate(map(len, indices), initial=offset + len(chunk))
+        index = mcap.chunk_index(
+            span,
+            (offset, len(chunk)),
+            list(zip(used, starts, strict=False)),
+            sum(map(len, indices)),
+            self._compression,
+            (len(packed), size),
         )
-        self.counts = {key: count + len(self._entries[key]) // 2 for key, count in self.counts.items()}
-        low, high = self.span_ns or span
-        self.span_ns = min(low, span[0]), max(high, span[1])
-        return records
+        low, high = self._written.span_ns or span
+        counts = {key: self.counts.get(key, 0) + len(entries) // 2 for key, entries in self._entries.items()}
+        after = _Written(counts, (min(low, span[0]), max(high, span[1])), [*self._written.chunk_indices, index])
+        return [*records, chunk, *indices], after
 
     def close(self, metadata: Mapping[str, str] | None = None) -> None:
         """Flush, add ``metadata`` under rosbag2's name and close; BagError if it cannot all be written."""
@@ -138,7 +153,7 @@ class McapFile:
             if metadata:
                 record = mcap.metadata_record("rosbag2", metadata)
                 self._metadata_indices.append(mcap.metadata_index(self._end, len(record), "rosbag2"))
-                self._append(record)
+                self._append(record, self._written)
         finally:
             self.abandon()
 
@@ -148,9 +163,9 @@ class McapFile:
             os.close(self._file)
             self._file = -1
 
-    def _append(self, data: bytes) -> None:
-        """Write ``data`` over the end of the file, followed by the new end."""
-        tail = self._summary(self._end + len(data))
+    def _append(self, data: bytes, after: _Written) -> None:
+        """Write ``data`` over the end of the file, followed by the new end, which tells what there is ``after`` it."""
+        tail = self._summary(self._end + len(data), after)
         try:
             _write_all(self._file, data + tail, self._end)
         except OSError as error:
@@ -159,18 +174,17 @@ class McapFile:
             os.ftruncate(self._file, self._end + len(self._tail))
             place = f"at byte {self._end + len(self._tail)}"
             raise BagError(self.path, place, f"{(error.strerror or 'write failed').lower()}") from error
-        self._end += len(data)
-        self._tail = tail
+        self._end, self._tail, self._written = self._end + len(data), tail, after
 
-    def _summary(self, data_end: int) -> bytes:
+    def _summary(self, data_end: int, written: _Written) -> bytes:
         """Return all that follows the last data record if that ends at ``data_end``."""
-        span = self.span_ns or (0, 0)
-        chunks, notes = len(self._chunk_indices), len(self._metadata_indices)
+        span = written.span_ns or (0, 0)
+        chunks, notes = len(written.chunk_indices), len(self._metadata_indices)
         groups = (
             (Op.SCHEMA, b"".join(self._schemas)),
             (Op.CHANNEL, b"".join(self._channels)),
-            (Op.STATISTICS, mcap.statistics(len(self._schemas), chunks, notes, span, self.counts)),
-            (Op.CHUNK_INDEX, b"".join(self._chunk_indices)),
+            (Op.STATISTICS, mcap.statistics(len(self._schemas), chunks, notes, span, written.counts)),
+            (Op.CHUNK_INDEX, b"".join(written.chunk_indices)),
             (Op.METADATA_INDEX, b"".join(self._metadata_indices)),
         )
         end_mark = mcap.data_end()

@@ -33,6 +33,9 @@ FOREVER_S = 2**31 - 1
 _SWEEP_S = 0.005
 """Time between two sweeps over the topics; the middleware holds thousands of messages meanwhile."""
 
+_TIMELESS_BYTES = 1 << 20
+"""How much is kept in memory waiting for the first stamp or clock; more than that is filed as received."""
+
 Info = dict[str, Any]
 
 
@@ -50,15 +53,16 @@ class RecordNode(Node):
         self._times = RecordingClock()
         self._heard = RawTopics(self)
         self._publisher_counts: dict[str, int] = {}
-        self._timeless: list[tuple[str, str, bytes]] = []
+        self._timeless: list[tuple[str, str, bytes, Info]] = []
+        self._timeless_bytes = 0
         self._status = self.create_publisher(NodeStatus, "~/status", LATCHED)
         self._required = {self.resolve_topic_name(name) for name in names(self._config.require)}
-        self.failed = False
+        self.failure: BagError | None = None
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._timers_of_recording = [
-            self.create_timer(_SWEEP_S, self._heard.sweep, clock=steady),
+            self.create_timer(_SWEEP_S, partial(self._try, self._heard.sweep), clock=steady),
             self.create_timer(self._config.find_every_s, self._find_topics, clock=steady),
-            self.create_timer(self._config.flush_every_s, self._recorder.flush, clock=steady),
+            self.create_timer(self._config.flush_every_s, partial(self._try, self._recorder.flush), clock=steady),
         ]
         self._find_topics()
 
@@ -66,6 +70,11 @@ class RecordNode(Node):
     def recorded(self) -> int:
         """Messages recorded so far."""
         return self._recorder.message_count
+
+    @property
+    def heard(self) -> int:
+        """Messages heard so far: recorded, or kept until there is a time."""
+        return self._recorder.message_count + len(self._timeless)
 
     def _find_topics(self) -> None:
         """Listen to what is new, and to what has a new publisher."""
@@ -100,31 +109,37 @@ class RecordNode(Node):
             return self._record_clock
         return self._record_stamped if definition.stamped else self._record_unstamped
 
-    def _record_stamped(self, topic: str, type_name: str, raw: bytes, _: Info) -> None:
-        self._record_at(self._times.stamp_ns(raw), topic, type_name, raw)
+    def _record_stamped(self, topic: str, type_name: str, raw: bytes, info: Info) -> None:
+        self._record_at(self._times.stamp_ns(raw), topic, type_name, raw, info)
 
-    def _record_unstamped(self, topic: str, type_name: str, raw: bytes, _: Info) -> None:
-        self._record_at(self._times.newest_ns, topic, type_name, raw)
+    def _record_unstamped(self, topic: str, type_name: str, raw: bytes, info: Info) -> None:
+        self._record_at(self._times.newest_ns, topic, type_name, raw, info)
 
-    def _record_clock(self, topic: str, type_name: str, raw: bytes, _: Info) -> None:
-        self._record_at(self._times.tick(raw), topic, type_name, raw)
+    def _record_clock(self, topic: str, type_name: str, raw: bytes, info: Info) -> None:
+        self._record_at(self._times.tick(raw), topic, type_name, raw, info)
 
     def _record_received(self, topic: str, type_name: str, raw: bytes, info: Info) -> None:
         self._recorder.write(topic, type_name, raw, info["received_timestamp"], info["source_timestamp"])
 
-    def _record_at(self, time_ns: int | None, topic: str, type_name: str, raw: bytes) -> None:
+    def _record_at(self, time_ns: int | None, topic: str, type_name: str, raw: bytes, info: Info) -> None:
         """Record a message, or keep it until there is a time: log lines of starting nodes come before the first."""
         if time_ns is None:
-            self._timeless.append((topic, type_name, raw))
+            self._timeless.append((topic, type_name, raw, info))
+            self._timeless_bytes += len(raw)
+            if self._timeless_bytes > _TIMELESS_BYTES:
+                self._record_timeless(None)
             return
         if self._timeless:
             self._record_timeless(time_ns)
         self._recorder.write(topic, type_name, raw, time_ns)
 
-    def _record_timeless(self, time_ns: int) -> None:
-        """Record what was kept at the first time there is."""
-        for topic, type_name, raw in self._timeless:
-            self._recorder.write(topic, type_name, raw, time_ns)
+    def _record_timeless(self, time_ns: int | None) -> None:
+        """Record what was kept at the first time there is; None: there will be none, so as received."""
+        for topic, type_name, raw, info in self._timeless:
+            if time_ns is None:
+                self._record_received(topic, type_name, raw, info)
+            else:
+                self._recorder.write(topic, type_name, raw, time_ns)
         self._timeless.clear()
 
     def _announce(self) -> None:
@@ -137,19 +152,28 @@ class RecordNode(Node):
 
     def close(self) -> None:
         """Take what has arrived but not been handled, and end the bag."""
-        try:
-            if not self._recorder.failed:
-                self._heard.sweep()
-                self._record_timeless(0)
-                self._recorder.close()
-        except BagError as error:
-            sys.stderr.write(f"{self.get_name()}: {error}\n")
-        self.failed = self._recorder.failed
+        if self.failure is None:
+            self._try(self._end)
+        if self.failure is not None:
+            sys.stderr.write(f"{self.get_name()}: {self.failure}\n")
         self._heard.close()
+
+    def _end(self) -> None:
+        self._heard.sweep()
+        self._record_timeless(None)
+        self._recorder.close()
+
+    def _try(self, action: Callable[[], object]) -> None:
+        """Do something unless recording has failed; a failure is kept and ends the node (executors would shout it)."""
+        if self.failure is None:
+            try:
+                action()
+            except BagError as error:
+                self.failure = error
 
 
 def main() -> None:
-    """Run the node until Ctrl-C or SIGTERM; exits 1 if the bag could not be written to the end."""
+    """Run the node until Ctrl-C or SIGTERM; exits 1 with one line if the bag could not be written to the end."""
     nodes: list[RecordNode] = []
 
     def make() -> RecordNode:
@@ -157,7 +181,7 @@ def main() -> None:
         return nodes[0]
 
     try:
-        run(make)
+        run(make, done=lambda _: nodes[0].failure is not None)
     finally:
-        if nodes and nodes[0].failed:
+        if nodes and nodes[0].failure is not None:
             sys.exit(1)

@@ -1,7 +1,8 @@
 """Replay as a node: publishes a bag with /clock, at a rate, or in lock-step as fast as live nodes answer."""
 
+import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
@@ -14,20 +15,19 @@ from std_srvs.srv import Trigger
 
 from hslam_bags.answers import Answers
 from hslam_bags.bag import Bag
-from hslam_bags.cycles import Portion, in_portions, in_stamp_order, stamp_of
+from hslam_bags.cycles import replayed
 from hslam_bags.errors import BagError
 from hslam_bags.pace import Pace
 from hslam_bags.promises import COUNTED, Promises
 from hslam_bags.replay_configuration import ReplayConfiguration
 from hslam_bags.replay_topics import ReplayTopics
-from hslam_bags.stored import StoredMessage
 from hslam_bags.topic_choice import TopicChoice, names
 from hslam_ros.conversions import header
 from hslam_ros.parameters import declare
 from hslam_ros.qos import CYCLE
 from hslam_ros.spin import run
 from hslam_ros.stamps import NS_PER_S, stamp_from_msg, stamp_to_msg
-from hslam_types.errors import ConfigurationError
+from hslam_types.errors import ConfigurationError, HslamError
 
 _TICK_S = 0.005
 _CLOCK_EVERY_NS = 25_000_000
@@ -41,11 +41,15 @@ class ReplayNode(Node):
         """Open the bag; raises HslamError on a bad parameter, a damaged bag or a type that is not installed."""
         super().__init__("replay")
         self._config = declare(self, ReplayConfiguration)
-        self._bag = Bag(Path(self._config.path))
         self._live = names(self._config.live)
+        if self._config.lockstep and not self._live:
+            raise ConfigurationError("lock-step waits for the answers of the nodes in 'live', which is empty")
+        self._bag = Bag(Path(self._config.path))
         # At a rate, the recorded statuses are replayed like any other message.
         self._promises = Promises(self._live) if self._config.lockstep else Promises(COUNTED)
-        choice = self._choice()
+        # What live nodes say now, and what this node says itself, is left out.
+        own = ("/clock", *sorted(self._promises.status_topics), *(f"/{name}/.*" for name in self._live))
+        choice = TopicChoice(names(self._config.topics), (*names(self._config.exclude), *own), hidden=True)
         topics = {name: topic for name, topic in self._bag.topics.items() if name in choice}
         self._topics = ReplayTopics(self, self._bag.path, topics, keep_for_late=self._config.lockstep)
         self._clock_topic = self.create_publisher(ClockMsg, "/clock", CYCLE)
@@ -54,7 +58,9 @@ class ReplayNode(Node):
         }
         first_ns = (self._bag.span_ns or (0, 0))[0]
         start_ns = first_ns + round(self._config.start_s * NS_PER_S)
-        self._portions = self._read(choice, start_ns)
+        cycle_topic = self.resolve_topic_name(self._config.cycle_topic) if self._config.lockstep else None
+        stamped = {name for name in topics if self._topics.is_stamped(name)}
+        self._portions = replayed(self._bag, choice, start_ns, stamped, cycle_topic)
         self._next = next(self._portions, None)
         if self._next is None:
             raise BagError(self._bag.path, "", "holds no message to replay after the start that was chosen")
@@ -65,49 +71,27 @@ class ReplayNode(Node):
         self._next_clock_ns = 0
         self.published = 0
         self.finished = False
+        self.failure: HslamError | None = None
         self._create_controls()
 
-    def _choice(self) -> TopicChoice:
-        """Leave out what live nodes say now, what this node says itself, and what was not asked for."""
-        live = tuple(f"/{name}/.*" for name in self._live)
-        own = ("/clock", *sorted(self._promises.status_topics))
-        return TopicChoice(names(self._config.topics), (*names(self._config.exclude), *live, *own), hidden=True)
-
-    def _read(self, choice: TopicChoice, start_ns: int) -> Iterator[Portion]:
-        messages = self._bag.messages(choice, start_ns)
-        if not self._config.lockstep:
-            return in_portions(((message.log_ns, message) for message in messages), None)
-        cycle_topic = self.resolve_topic_name(self._config.cycle_topic)
-        if not self._bag.counts.get(cycle_topic) or cycle_topic not in choice:
-            raise BagError(
-                self._bag.path, f"topic {cycle_topic}", "is not replayed, though it gives lock-step its cycles"
-            )
-        stamped = {name for name in self._bag.topics if name in choice and self._topics.is_stamped(name)}
-
-        def time_of(message: StoredMessage) -> int:
-            return stamp_of(message) if message.topic in stamped else message.log_ns
-
-        return in_portions(in_stamp_order(messages, time_of), cycle_topic)
-
     def _create_controls(self) -> None:
-        if self._config.lockstep and not self._live:
-            raise ConfigurationError("lock-step waits for the answers of the nodes in 'live', which is empty")
         for name in self._live:
             self.create_subscription(NodeStatus, f"{name}/status", partial(self._on_status, name), CYCLE)
         tick = self._check_answers if self._config.lockstep else self._tick
         steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._timer = self.create_timer(0.05 if self._config.lockstep else _TICK_S, tick, clock=steady)
+        period_s = 0.05 if self._config.lockstep else _TICK_S
+        self._timer = self.create_timer(period_s, partial(self._try, tick), clock=steady)
         for name, action in (("pause", self._pause), ("resume", self._resume), ("step", self._step)):
             self.create_service(Trigger, f"~/{name}", partial(self._on_control, action))
 
     def _on_status(self, name: str, msg: NodeStatus) -> None:
         self._answers.take(name, stamp_from_msg(msg.header.stamp))
-        self._advance()
+        self._try(self._advance)
 
     def _on_control(
         self, action: Callable[[], None], _: Trigger.Request, response: Trigger.Response
     ) -> Trigger.Response:
-        action()
+        self._try(action)
         at_s = self._pace.bag_ns(time.monotonic_ns()) / NS_PER_S
         response.success, response.message = True, f"{'at rest' if self._resting else 'running'} at {at_s:.3f} s"
         return response
@@ -176,9 +160,29 @@ class ReplayNode(Node):
         """Let the last messages arrive, and close the bag."""
         if self.finished:
             self._topics.wait_until_heard()
+        if self.failure is not None:
+            sys.stderr.write(f"{self.get_name()}: {self.failure}\n")
         self._bag.close()
+
+    def _try(self, action: Callable[[], None]) -> None:
+        """Do something; a failure is kept and ends the node (executors would shout it)."""
+        if self.failure is None:
+            try:
+                action()
+            except HslamError as error:
+                self.failure = error
 
 
 def main() -> None:
-    """Run the node to the end of the bag, or until Ctrl-C or SIGTERM."""
-    run(ReplayNode, done=lambda node: isinstance(node, ReplayNode) and node.finished)
+    """Run the node to the end of the bag, or until Ctrl-C or SIGTERM; exits 1 with one line on a failure."""
+    nodes: list[ReplayNode] = []
+
+    def make() -> ReplayNode:
+        nodes.append(ReplayNode())
+        return nodes[0]
+
+    try:
+        run(make, done=lambda _: nodes[0].finished or nodes[0].failure is not None)
+    finally:
+        if nodes and nodes[0].failure is not None:
+            sys.exit(1)

@@ -1,6 +1,7 @@
 """Recording and replaying over DDS: nothing lost, nothing changed, nobody outrun."""
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -23,7 +24,6 @@ from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-from hslam_bags.answers import NoAnswerError
 from hslam_bags.bag import Bag
 from hslam_bags.errors import BagError
 from hslam_bags.qos import LATCHED as LATCHED_OFFER
@@ -33,7 +33,7 @@ from hslam_bags.recorder import Recorder
 from hslam_bags.replay_node import ReplayNode
 from hslam_ros.qos import CYCLE, LATCHED, SENSOR
 from hslam_ros.stamps import stamp_from_msg, stamp_to_msg
-from hslam_types.errors import ConfigurationError
+from hslam_types.errors import ConfigurationError, HslamError
 
 DOMAIN = 60 + os.getpid() % 40
 STEP_NS = 120_000_000
@@ -48,6 +48,7 @@ class Stage:
             arguments += ["-p", f"{name}:={str(value).lower() if isinstance(value, bool) else value}"]
         rclpy.init(args=arguments, domain_id=DOMAIN, signal_handler_options=SignalHandlerOptions.NO)
         self.nodes: list[Node] = []
+        self.closed = False
         self.executor: Executor = EventsExecutor()
 
     def add(self, node: Node) -> Any:
@@ -62,6 +63,9 @@ class Stage:
             self.executor.spin_once(timeout_sec=0.05)
 
     def close(self) -> None:
+        if self.closed:
+            return
+        self.closed = True
         self.executor.shutdown()
         for node in self.nodes:
             if hasattr(node, "close"):
@@ -81,8 +85,7 @@ def staged() -> Iterator[Callable[..., Stage]]:
 
     yield open_stage
     for stage in stages:
-        if rclpy.ok():
-            stage.close()
+        stage.close()
 
 
 def vector(stamp_ns: int, x: float) -> Vector3Stamped:
@@ -136,6 +139,27 @@ def test_records_everything_latched_and_late(staged: Callable[..., Stage], bag: 
         assert opened.topics["/camera"].offers[0].reliability == "best_effort"
         assert opened.topics["/odom"].type_hash.startswith("RIHS01_")
         assert "/record/status" not in opened.topics
+
+
+def test_what_has_no_time_at_all_is_filed_as_received(staged: Callable[..., Stage], bag: Path) -> None:
+    """No clock and no stamps: a little is kept for the first of them, more is not held back."""
+    stage = staged(path=bag, require="text", find_every_s=0.02)
+    source = stage.add(rclpy.create_node("source"))
+    text = source.create_publisher(String, "text", CYCLE)
+    answers: list[NodeStatus] = []
+    source.create_subscription(NodeStatus, "record/status", answers.append, LATCHED)
+    recorder: RecordNode = stage.add(RecordNode())
+    stage.spin_until(lambda: bool(answers))
+    began_ns = time.time_ns()
+    for count in range(1, 13):
+        text.publish(String(data="x" * 100_000))
+        stage.spin_until(lambda count=count: recorder.heard >= count)  # type: ignore[misc]
+    assert recorder.recorded >= 11
+    stage.close()
+    with Bag(bag) as opened:
+        times = [message.log_ns for message in opened.messages()]
+    assert len(times) == 12
+    assert all(began_ns <= time_ns <= time.time_ns() for time_ns in times)
 
 
 def record_cycles(bag: Path, steps: int, *, lag_ns: int = 0) -> None:
@@ -219,11 +243,11 @@ def test_lock_step_names_a_node_that_does_not_answer(staged: Callable[..., Stage
     record_cycles(bag, 5)
     stage = staged(path=bag, lockstep=True, live="ekf,atlas", start_within_s=0.3)
     ekf: Listener = stage.add(Listener())
-    stage.add(ReplayNode())
+    replay: ReplayNode = stage.add(ReplayNode())
     stage.spin_until(lambda: ekf.count("odom") == 1)
     ekf.answer(1)
-    with pytest.raises(NoAnswerError, match=r"no answer from atlas to the cycle at 0\.12 s"):
-        stage.spin_until(lambda: False, timeout_s=10.0)
+    stage.spin_until(lambda: replay.failure is not None)
+    assert "no answer from atlas to the cycle at 0.12 s" in str(replay.failure)
 
 
 def test_replays_at_a_rate_with_pause_and_step(staged: Callable[..., Stage], bag: Path) -> None:
@@ -252,21 +276,20 @@ def test_refuses_what_cannot_be_replayed(staged: Callable[..., Stage], bag: Path
     with Recorder(bag) as recorder:
         recorder.write("/chatter", STRING, b"\0\1\0\0\xff\xff\xff\x7fno string is that long", 1)
     stage = staged(path=bag, delay_s=0.0)
-    stage.add(ReplayNode())
-    with pytest.raises(BagError, match=r"bag: topic /chatter, message at 1 ns: does not decode as std_msgs/msg/String"):
-        stage.spin_until(lambda: False)
+    replay: ReplayNode = stage.add(ReplayNode())
+    stage.spin_until(lambda: replay.failure is not None)
+    assert "bag: topic /chatter, message at 1 ns: does not decode as std_msgs/msg/String" in str(replay.failure)
     stage.close()
-    staged(path=bag, lockstep=True, live="ekf")
-    with pytest.raises(BagError, match=r"topic /odom: is not replayed, though it gives lock-step its cycles"):
-        ReplayNode()
-    rclpy.shutdown()
-    staged(path=bag, start_s=5.0)
-    with pytest.raises(BagError, match="holds no message to replay after the start"):
-        ReplayNode()
-    rclpy.shutdown()
-    staged(path=bag, lockstep=True)
-    with pytest.raises((ConfigurationError, BagError)):
-        ReplayNode()
+    refusals: list[tuple[dict[str, object], type[HslamError], str]] = [
+        ({"lockstep": True, "live": "ekf"}, BagError, "topic /odom: is not replayed, though it gives lock-step"),
+        ({"start_s": 5.0}, BagError, "holds no message to replay after the start"),
+        ({"lockstep": True}, ConfigurationError, "lock-step waits for the answers of the nodes in 'live'"),
+    ]
+    for parameters, kind, text in refusals:
+        stage = staged(path=bag, **parameters)
+        with pytest.raises(kind, match=text):
+            ReplayNode()
+        stage.close()
 
 
 RECORD = [sys.executable, "-c", "from hslam_bags.record_node import main; main()", "--ros-args"]
@@ -303,6 +326,29 @@ def _counted(bag: Path, topic: str) -> int:
             return opened.counts.get(topic, 0)
     except BagError:
         return -1
+
+
+def test_a_bag_that_cannot_be_written_ends_the_node_with_one_line(staged: Callable[..., Stage], bag: Path) -> None:
+    """What a full disk leaves behind is tested with the recorder; here, that the node ends and says why."""
+    stage = staged()
+    source = stage.add(rclpy.create_node("source"))
+    answers: list[NodeStatus] = []
+    source.create_subscription(NodeStatus, "record/status", answers.append, LATCHED)
+    publish_run(source, 0)
+    command = [*RECORD, "-p", f"path:={bag}", "-p", "require:=odom", "-p", "flush_every_s:=0.05"]
+    environment = os.environ | {"ROS_DOMAIN_ID": str(DOMAIN)}
+    process = subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True)
+    try:
+        stage.spin_until(lambda: bool(answers))
+        shutil.rmtree(bag)
+        publish_run(source, 15)
+        stage.spin_until(lambda: process.poll() is not None)
+        _, err = process.communicate()
+    finally:
+        process.kill()
+    assert process.returncode == 1
+    (line,) = err.splitlines()
+    assert line.startswith(f"record: {bag / 'metadata.yaml'}: no such file or directory")
 
 
 def test_a_bad_start_is_one_line(bag: Path) -> None:
