@@ -1,4 +1,4 @@
-"""Every constant of the driver, those the sources leave open above all."""
+"""Every constant of the driver, those the sources leave open above all, and how the node meets time."""
 
 from dataclasses import dataclass
 
@@ -110,3 +110,13 @@ class DriverConfig(Configuration):
         """Check every value; raises ConfigurationError."""
         super().__post_init__()
         self.firing_order()
+
+
+@dataclass(frozen=True)
+class NodeConfig(Configuration):
+    """How the node meets time and its life."""
+
+    autostart: bool = parameter(True, "configure and activate at start; false: a lifecycle manager does it")
+    lockstep: bool = parameter(False, "speak to the base only in answer to a command; with an emulator in lock-step")
+    board_stamps: bool = parameter(False, "stamp with the base's own clock, as the emulator stamps landmarks")
+    time_factor: float = parameter(1.0, "emulated by wall time, as the emulator was told", low=0.01, high=100.0)

@@ -19,6 +19,8 @@ BITS_PER_BYTE = 10
 """Start bit, eight data bits, stop bit."""
 REPLY_BYTES = 48
 """Length of a whole state reply."""
+GAP_MAX_S = 0.1
+"""A pause this long is silence, however long replies may pause."""
 QUIET_MAX_S = 0.3
 """A line that babbles longer than this is drained and used all the same."""
 
@@ -80,7 +82,7 @@ class Line:
         """Throw away what lies on the line; after a failure wait until nothing more comes."""
         self._parser.clear()
         until_s = self._clock.now() + (QUIET_MAX_S if self._suspicious else 0.0)
-        gap_s = self._config.gap_timeout_s if self._suspicious else 0.0
+        gap_s = min(self._config.gap_timeout_s, GAP_MAX_S) if self._suspicious else 0.0
         while self._transport.read(gap_s) and self._clock.now() < until_s:
             continue
 

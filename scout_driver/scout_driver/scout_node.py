@@ -1,11 +1,11 @@
 """The Scout as a lifecycle node: the topics of the simulated base, from a serial line.
 
-Configuring opens the line, activating begins to obey commands, deactivating stops the base, cleaning up
-lets the line go.  One thread: the line is spoken to from a timer (running free) or from the command
+Activating opens the line and begins to obey commands, deactivating stops the base, cleaning up lets the
+line go.  One thread: the line is spoken to from a timer (running free) or from the command
 that answers the last reading (lock-step, with an emulator that waits as well).
 """
 
-from dataclasses import dataclass
+import dataclasses
 
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import TwistStamped
@@ -25,26 +25,15 @@ from hslam_ros.parameters import declare
 from hslam_ros.qos import CYCLE, LATCHED, SENSOR
 from hslam_ros.spin import run
 from hslam_ros.stamps import stamp_from_msg
-from hslam_types.config import Configuration, parameter
 from hslam_types.sensing import SonarPing
 from scout_driver import scout_messages
 from scout_driver.clock import BoardTime, WallClock
-from scout_driver.config import DriverConfig
+from scout_driver.config import DriverConfig, NodeConfig
 from scout_driver.driver import Reading, ScoutDriver
 from scout_driver.reading_stamps import ReadingStamps
-from scout_driver.transport import Transport, open_transport
+from scout_driver.transport import PatientTransport, Transport, open_transport
 
 NS_PER_S = 1_000_000_000
-
-
-@dataclass(frozen=True)
-class NodeConfig(Configuration):
-    """How the node meets time and its life."""
-
-    autostart: bool = parameter(True, "configure and activate at start; false: a lifecycle manager does it")
-    lockstep: bool = parameter(False, "speak to the base only in answer to a command; with an emulator in lock-step")
-    board_stamps: bool = parameter(False, "stamp with the base's own clock, as the emulator stamps landmarks")
-    time_factor: float = parameter(1.0, "emulated by wall time, as the emulator was told", low=0.01, high=100.0)
 
 
 class ScoutNode(LifecycleNode):
@@ -54,6 +43,8 @@ class ScoutNode(LifecycleNode):
         """Declare everything; nothing is opened yet. Raises HslamError on a bad parameter."""
         super().__init__("scout")
         self._config, self._scout = declare(self, NodeConfig), declare(self, DriverConfig)
+        if self._config.lockstep:  # a slow machine must not look like a lost reply
+            self._scout = dataclasses.replace(self._scout, reply_timeout_s=60.0, gap_timeout_s=10.0)
         self._driver: ScoutDriver | None = None
         self._last: Reading | None = None
         self._pings: list[tuple[float, SonarPing]] = []
@@ -115,7 +106,8 @@ class ScoutNode(LifecycleNode):
             self._driver = None
 
     def _open(self) -> Transport:
-        return open_transport(self._scout.port, self._scout.baud, self._config.time_factor)
+        transport = open_transport(self._scout.port, self._scout.baud, self._config.time_factor)
+        return PatientTransport(transport, self.context.ok) if self._config.lockstep else transport
 
     def _on_cycle(self) -> None:
         """Exchange by the timer; in lock-step only until the first reading, from then on commands do."""

@@ -6,6 +6,7 @@ Nothing here listens: a TCP transport is always the one that connects.
 import select
 import socket
 import time
+from collections.abc import Callable
 from typing import Protocol
 from urllib.parse import urlsplit
 
@@ -15,6 +16,8 @@ from scout_driver.errors import LineLostError
 
 CHUNK = 4096
 CONNECT_TIMEOUT_S = 2.0
+PATIENCE_S = 0.2
+"""How often a long wait looks up."""
 
 
 class Transport(Protocol):
@@ -107,6 +110,26 @@ class TcpTransport:
     def close(self) -> None:
         """Close the connection."""
         self._socket.close()
+
+
+class PatientTransport:
+    """A transport for lock-step: waits as long as it is told to, but no longer than somebody wants the answer."""
+
+    def __init__(self, inner: Transport, wanted: Callable[[], bool]) -> None:
+        """Take over ``inner``; ``wanted`` turns False when the run is over."""
+        self._inner, self._wanted = inner, wanted
+        self.write, self.close = inner.write, inner.close
+
+    def read(self, timeout_s: float, settle_s: float = 0.0) -> bytes:
+        """Wait up to ``timeout_s``; raises LineLostError when the bytes are no longer wanted."""
+        left_s = timeout_s
+        while True:
+            data = self._inner.read(min(left_s, PATIENCE_S), settle_s)
+            left_s -= PATIENCE_S
+            if data or left_s <= 0.0:
+                return data
+            if not self._wanted():
+                raise LineLostError("given up")
 
 
 def open_transport(port: str, baud: int, time_factor: float = 1.0) -> Transport:

@@ -129,7 +129,7 @@ def test_drives_over_a_pseudo_terminal_and_survives_the_loss_of_either_side(scen
     odom = {stamp_from_msg(msg.header.stamp) for msg in heard["odom"]}
     assert {stamp_from_msg(msg.header.stamp) for msg in heard["sonar"][2:-2]} <= odom
     looks = [stamp_from_msg(msg.header.stamp) for msg in heard["landmarks"]]
-    assert all(later - earlier >= 300_000_000 for earlier, later in itertools.pairwise(looks))
+    assert all(later > earlier for earlier, later in itertools.pairwise(looks))
     assert all(stamp % 10_000_000 == 0 for stamp in looks)  # the base's own clock, as the odometry's
     pings = [stamp_from_msg(stamp) for msg in heard["sonar"] for stamp in msg.stamps]
     assert pings == sorted(pings)
@@ -155,7 +155,7 @@ def test_lockstep_steps_once_an_answer_and_ends_when_one_stays_out(scene: Scene)
     emulator = scene.start(
         "scout_emulator", port=scene.line, lockstep=True, lockstep_nodes="[gvg, ekf]", fail_after_s=1.0
     )
-    driver = scene.start("scout_node", port=scene.line, lockstep=True, reply_timeout_s=60.0, reconnect_s=0.1)
+    driver = scene.start("scout_node", port=scene.line, lockstep=True, reconnect_s=0.1)
     odom = scene.heard["odom"]
     scene.spin_until(lambda: len(odom) >= 60)
     stamps = [stamp_from_msg(msg.header.stamp) for msg in odom]
