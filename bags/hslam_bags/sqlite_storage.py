@@ -29,7 +29,7 @@ class SqliteStorage:
             self._read_topics()
             self._counts = dict(self._database.execute("SELECT topic_id, count(*) FROM messages GROUP BY topic_id"))
             low, high = self._database.execute("SELECT min(timestamp), max(timestamp) FROM messages").fetchone()
-        except sqlite3.Error as error:
+        except (sqlite3.Error, ValueError, TypeError) as error:
             raise BagError(path, "", f"is no bag, or a damaged one: {error}") from error
         self.span_ns: tuple[int, int] | None = None if low is None else (low, high)
 
@@ -57,10 +57,12 @@ class SqliteStorage:
         try:
             for row_id, key, stamp_ns, data in self._database.execute(query, (start_ns, min(end_ns, 2**63 - 1))):
                 last = row_id
-                if key in wanted:
+                if not isinstance(stamp_ns, int) or not isinstance(data, bytes):
+                    self._complain(BagError(self.path, f"message {row_id}", "has no time or no bytes"))
+                elif key in wanted:
                     raw = self._unpack().decompress(data) if self._unpack else data
                     yield StoredMessage(wanted[key].name, wanted[key].type_name, raw, stamp_ns, stamp_ns)
-        except (sqlite3.Error, zstandard.ZstdError) as error:
+        except (sqlite3.Error, zstandard.ZstdError, ValueError) as error:
             self._complain(BagError(self.path, f"after message {last}", str(error)))
 
     def close(self) -> None:

@@ -18,6 +18,7 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, W
 from rosbags.typesys import Stores, get_typestore
 
 from hslam_bags.bag import Bag
+from hslam_bags.commands import parameter_arguments
 from hslam_bags.definitions import DefinitionSource
 from hslam_bags.errors import BagError
 from hslam_bags.info import info
@@ -256,3 +257,47 @@ def test_no_damage_crashes_the_reader_or_forges_a_message(
     with contextlib.suppress(BagError):  # nothing is readable
         offered = read(path, tolerant=True)
         assert {raw for _, raw in offered} <= {string_cdr(f"message {index}") for index in range(100)}
+
+
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data())
+def test_no_damage_to_a_database_is_an_unknown_error(
+    tmp_path_factory: pytest.TempPathFactory, data: st.DataObject
+) -> None:
+    """SQLite has no checksums, so what is offered cannot be vouched for; but every refusal is a BagError of one line."""
+    bag = tmp_path_factory.mktemp("fuzz") / "bag"
+    with Writer(bag, version=9) as writer:
+        connection = writer.add_connection("/chatter", STRING, typestore=get_typestore(Stores.ROS2_JAZZY))
+        for index in range(100):
+            writer.write(connection, index, string_cdr(str(index)))
+    path = bag / "bag.db3"
+    content = bytearray(path.read_bytes())
+    for _ in range(data.draw(st.integers(1, 6))):
+        content[data.draw(st.integers(0, len(content) - 1))] = data.draw(st.integers(0, 255))
+    path.write_bytes(content)
+    for tolerant in (False, True):
+        try:
+            messages = read(bag, tolerant=tolerant)
+        except BagError as error:
+            line = str(error)
+            assert str(bag) in line  # noqa: PT017
+            assert "\n" not in line
+        else:
+            assert all(isinstance(raw, bytes) for _, raw in messages)
+
+
+def test_settings_reach_a_node_as_what_they_are() -> None:
+    """A topic or folder that looks like a number stays text."""
+    given_settings = {"path": "2026", "rate": 2.0, "paused": True, "chunk_kb": 8}
+    expected_arguments = [
+        "--ros-args",
+        "-p",
+        'path:="2026"',
+        "-p",
+        "rate:=2.0",
+        "-p",
+        "paused:=true",
+        "-p",
+        "chunk_kb:=8",
+    ]
+    assert parameter_arguments(given_settings) == expected_arguments
