@@ -264,7 +264,7 @@ def test_no_damage_crashes_the_reader_or_forges_a_message(
 def test_no_damage_to_a_database_is_an_unknown_error(
     tmp_path_factory: pytest.TempPathFactory, data: st.DataObject
 ) -> None:
-    """SQLite has no checksums, so what is offered cannot be vouched for; but every refusal is a BagError of one line."""
+    """SQLite has no checksums, so nothing vouches for what is offered; but every refusal is a BagError of one line."""
     bag = tmp_path_factory.mktemp("fuzz") / "bag"
     with Writer(bag, version=9) as writer:
         connection = writer.add_connection("/chatter", STRING, typestore=get_typestore(Stores.ROS2_JAZZY))
