@@ -14,6 +14,7 @@ from nav_msgs.msg import Odometry
 from rclpy.clock import Clock as RosClock
 from rclpy.clock_type import ClockType
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.timer import Timer
 from sensor_msgs.msg import BatteryState
 from std_msgs.msg import Bool
@@ -22,7 +23,7 @@ from tf2_msgs.msg import TFMessage
 
 from hslam_ros import conversions
 from hslam_ros.parameters import declare
-from hslam_ros.qos import CYCLE, LATCHED, SENSOR
+from hslam_ros.qos import CYCLE, LATCHED
 from hslam_ros.spin import run
 from hslam_ros.stamps import stamp_from_msg
 from hslam_types.sensing import SonarPing
@@ -34,6 +35,8 @@ from scout_driver.reading_stamps import ReadingStamps
 from scout_driver.transport import PatientTransport, Transport, open_transport
 
 NS_PER_S = 1_000_000_000
+NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+"""Commands: the newest alone counts, and one from before this node began must never reach it."""
 
 
 class ScoutNode(LifecycleNode):
@@ -63,8 +66,7 @@ class ScoutNode(LifecycleNode):
         self._bumper = self.create_publisher(Bool, "bumper", LATCHED)
         self._battery = self.create_publisher(BatteryState, "battery", LATCHED)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
-        # Out of lock-step a command from before this node began must never reach it.
-        profile = CYCLE if self._config.lockstep else SENSOR
+        profile = CYCLE if self._config.lockstep else NEWEST
         self._cmd_vel = self.create_subscription(TwistStamped, "cmd_vel", self._on_command, profile)
         self._zero = self.create_service(Trigger, "~/zero_odometry", self._on_zero)
         self._limp = self.create_service(SetBool, "~/limp", self._on_limp)

@@ -22,8 +22,6 @@ PRIOR = 8.0
 """Weight of the reply to CONF_SN, in changes."""
 SOUND_M_S = 343.0
 RATE_UNIT_S = 0.004
-LISTEN_S = 0.017
-"""Asked so long after a firing, the base answers with every echo from within 3 m of it."""
 NUDGE = 0.2
 """Share of a cycle by which one cycle may be shifted to meet the echoes."""
 
@@ -49,13 +47,13 @@ class SonarSchedule:
         return self._phase_s
 
     def next_cycle_s(self, began_s: float, cycle_s: float) -> float:
-        """Return how long after ``began_s`` the next cycle best begins: about ``cycle_s``, soon after an echo.
+        """Return how long after ``began_s`` the next cycle best begins: about ``cycle_s``, once an echo must be in.
 
         Only where a cycle is a whole number of pings can the two be brought into step.
         """
         if cycle_s < self._ping_s or abs(math.remainder(cycle_s, self._ping_s)) > 1e-6:
             return cycle_s
-        late_s = math.remainder(began_s - self._phase_s - LISTEN_S, self._ping_s)
+        late_s = math.remainder(began_s - self._phase_s - self._settle_s, self._ping_s)
         return cycle_s - min(max(late_s, -NUDGE * cycle_s), NUDGE * cycle_s)
 
     def restart(self, stamp_s: float) -> None:
