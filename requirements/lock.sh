@@ -8,5 +8,6 @@ lock() {
     uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
         --no-annotate --no-header "$@" -o "$out"
 }
+lock setuptools.lock setuptools.in
 lock ros-from-pip.lock ros.in build.in python.in dev.in
 lock ros-from-apt.lock build.in python.in dev.in

@@ -75,8 +75,9 @@ def install(ros: Path | None, lock: Path) -> None:
     run([sys.executable, "-m", "venv", *system, str(VENV)], clean_environment(VENV, ros), "making .venv")
     say(f"installing {lock.relative_to(ROOT)} into .venv; this takes a minute or two")
     pip = [str(VENV / "bin" / "python"), "-m", "pip", "install", "--quiet", "--no-input", "--no-compile"]
-    pip += ["--disable-pip-version-check", "--require-hashes", "-r", str(lock)]
-    run(pip, clean_environment(VENV, ros), "installing the Python packages")
+    pip += ["--disable-pip-version-check", "--no-build-isolation", "--use-pep517", "--require-hashes"]
+    for locked in (lock.with_name("setuptools.lock"), lock):
+        run([*pip, "-r", str(locked)], clean_environment(VENV, ros), f"installing {locked.name}")
     # pip compiles on one core; this uses all.
     compiling = [str(VENV / "bin" / "python"), "-m", "compileall", "-q", "-j", "0", str(VENV / "lib")]
     subprocess.run(compiling, env=clean_environment(VENV, ros), check=False, stdout=subprocess.DEVNULL)
