@@ -21,8 +21,8 @@ class GvgConfig(Configuration):
         3.5, "echoes from farther away are used only where a second arc confirms them", low=0.5, high=6.5, unit="m"
     )
     crossing_angle: float = parameter(
-        math.radians(20.0),
-        "least crossing angle of a transversal intersection; the ATM's 30 deg come late to corners",
+        math.radians(30.0),
+        "crossing angle of a transversal intersection that is enough at any range (ATM)",
         low=0.1,
         high=1.5,
         unit="rad",

@@ -24,6 +24,8 @@ a resolved one (an arc, no point), and a replaced one."""
 CAPACITY = 2048
 FILL_STEP_M = 0.12
 """Distance between the points that stand for a stretch of wall."""
+CROSSING_RATE, LEAST_CROSSING = math.radians(9.0), math.radians(11.0)
+"""Crossing angle needed by range (rad/m), and at least: range noise then moves the crossing by some 15 cm at most."""
 SAME_PLACE_M = 0.05
 SAME_AXIS = math.radians(4.0)
 EXPLAINED_M = 0.2
@@ -32,6 +34,7 @@ WARY_M = 2.0
 """Such echoes from this near are kept clear of all the same."""
 SUPPORT = 2
 """An obstacle has been heard more often than once or twice: other echoes lie beside it."""
+CLUSTER = 3
 UNRESOLVED_M = 1.2
 """Echoes that no second arc has placed are believed from this near only: most of them hang in mid-air."""
 STALE_TRAVEL_M = 2.5
@@ -100,7 +103,10 @@ class ObstacleMap:
         n = self._count
         kind, heard_often = self._kind[:n], self._support[:n] >= SUPPORT
         chosen = (kind == FILL) | (heard_often & (kind == RESOLVED))
-        chosen |= heard_often & (kind == UNRESOLVED) & (self._range[:n] < unresolved_m)
+        unresolved, heard_m = kind == UNRESOLVED, self._range[:n]
+        chosen |= heard_often & unresolved & (heard_m < unresolved_m)
+        # An edge seldom answers: a cluster of such echoes is one, even where no two arcs cross well enough.
+        chosen |= (self._support[:n] >= CLUSTER) & unresolved & (heard_m < WARY_M)
         return np.column_stack((self._px[:n][chosen], self._py[:n][chosen]))
 
     def _changed(self) -> None:
@@ -123,7 +129,8 @@ class ObstacleMap:
         wall_partner, wall_normal = -1, 0.0
         if len(rows):
             old = Arcs(self._x[rows], self._y[rows], self._axis[rows], self._range[rows])
-            found = relate(arc, old, half_cone, config.crossing_angle, config.wall_step_m)
+            crossing = min(config.crossing_angle, max(LEAST_CROSSING, CROSSING_RATE * arc.range_m))
+            found = relate(arc, old, half_cone, crossing, config.wall_step_m)
             touches = found.touches & (found.wall_length < LONGEST_TANGENT_M)
             crossings, walls = int(found.crosses.sum()), int(touches.sum())
             if crossings > walls:

@@ -31,7 +31,12 @@ STUCK_S = 4.0
 SECOND_LOOKS = 2
 SECOND_LOOK_M = 1.0
 COURSE_BACK_M = 1.0
+SLOWEST, OPENING = 0.5, 1.15
+"""Where the clearance grows by more than this factor a side opens: slower, the edges at its end answer seldom."""
+ROOM_RATE = 0.06
+"""Share of the usual clearance renewed for each metre a second, a step."""
 NOT_BACK = math.radians(60.0)
+LEAVING_M = 1.0
 SHARPEST_TURN = math.radians(120.0)
 TRIES = 3
 BACKING_S = 2.0
@@ -101,6 +106,7 @@ class GvgServer:
         self._branch = -1
         self._heading = 0.0
         self._course: float | None = None
+        self._room = config.wide_m
         self._looked_m = 0.0
         self._target: ReducedNode | None = None
         self._plan = Probe(())
@@ -235,6 +241,9 @@ class GvgServer:
         left, right = beside(points, x, y, heading, config.reach_m)
         open_m = ahead(points, x, y, heading, 0.3, 2.0)
         speed = config.cruise_m_s * min(1.0, max(0.35, open_m / 1.6))
+        room = min((c.distance_m for c in (left, right) if c is not None), default=config.wide_m)
+        speed *= min(1.0, max(SLOWEST, OPENING * self._room / room))
+        self._room += ROOM_RATE * speed * (room - self._room)
         wide = config.wide_m
         if left is not None and right is not None and min(left.distance_m, right.distance_m) < wide:
             v = trace(left, right, heading, speed, config.equidistance_gain)
@@ -256,7 +265,9 @@ class GvgServer:
         points = self.map.points()
         self._handled = [h for h in self._handled if self.map.travel_m < h[2]]
         graph = self._detector.graph(points, x, y)
-        self._course = self._way_on(graph.passing(x, y))
+        # At the node just left every branch passes by; which one was meant is what the departure said.
+        leaving = self._journey.length_m < LEAVING_M
+        self._course = self._heading if leaving else self._way_on(graph.passing(x, y))
         node = self._detector.passed(graph, self._pose, self._journey.places(), [h[:2] for h in self._handled])
         if node is None:
             return False
