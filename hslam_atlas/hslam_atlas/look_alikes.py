@@ -16,11 +16,11 @@ _LOOKS_THE_SAME = 4.0
 class LookAlikes:
     """Counts comparisons of places known to be different and those of them that matched."""
 
-    def __init__(self, prior: float) -> None:
-        """Start from the prior probability of a look-alike."""
+    def __init__(self, prior: float, compared: int = 0, alike: int = 0) -> None:
+        """Start from the prior probability of a look-alike and the counts of earlier runs."""
         self._prior = prior
-        self.compared = 0
-        self.alike = 0
+        self.compared = compared
+        self.alike = alike
 
     def count(self, evidence: float) -> None:
         """Record the map evidence (nats) between two places that are certainly different."""

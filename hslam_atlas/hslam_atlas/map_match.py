@@ -18,6 +18,7 @@ from hslam_types.se2 import SE2, Array
 
 Indices = npt.NDArray[np.intp]
 
+_FEWEST_PAIRS = 3
 _CHANCE_MOST = 0.4
 """No more of a landmark's absence is excused (nats): walls elsewhere need not even be in its place."""
 _LEAST_SHOWN = 0.5
@@ -125,5 +126,6 @@ def _judge(
     evidence = alignment.gain + pairs * math.log(shown) + alone * (math.log(1.0 - shown) + min(chance, _CHANCE_MOST))
     fraction = pairs / max(expected_e, expected_c, 1)
     distance = alignment.chi / max(alignment.freedom, 1)
-    agrees = pairs >= 3 and fraction >= config.least_fraction and distance <= config.map_distance
+    enough = pairs >= _FEWEST_PAIRS and fraction >= config.least_fraction
+    agrees = enough and distance <= config.map_distance and evidence > 0.0
     return MapMatch(alignment, evidence, fraction, agrees)

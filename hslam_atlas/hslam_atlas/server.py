@@ -34,7 +34,9 @@ class AtlasServer:
         config = config or AtlasConfig()
         self.store = store or AtlasStore()
         graph, doubts = self.store.load()
-        self.state = AtlasState(config, graph, self.store, LookAlikes(config.repetition))
+        counts = self.store.counts()
+        alike = LookAlikes(config.repetition, counts.get("compared", 0), counts.get("alike", 0))
+        self.state = AtlasState(config, graph, self.store, alike, closures=counts.get("closures", 0))
         self.questions = Questions(self.state.look_alikes)
         self.questions.open = doubts
         self.mapper = Mapper(self.state, self.questions)
@@ -70,12 +72,12 @@ class AtlasServer:
             self._finished = goal.kind is GoalKind.STOP
             self._waiting = False
         if changed:
-            self.store.save(self.state.graph, self.questions.open)
+            self._save()
         return AtlasOutput(goal, self._finished, changed)
 
     def save_as(self, path: Path) -> None:
         """Write a copy of the atlas to another file; raises StoreError."""
-        self.store.save(self.state.graph, self.questions.open)
+        self._save()
         self.store.save_as(path)
 
     def identify(self, node: int) -> bool:
@@ -85,6 +87,11 @@ class AtlasServer:
     def unexplored(self) -> int:
         """Return how many branches are left to explore."""
         return unexplored(self.state.graph)
+
+    def _save(self) -> None:
+        alike = self.state.look_alikes
+        counts = {"closures": self.state.closures, "compared": alike.compared, "alike": alike.alike}
+        self.store.save(self.state.graph, self.questions.open, counts)
 
     def _enter(self, event: GvgEvent, edge_maps: tuple[EdgeMap, ...], links: tuple[FrameLink, ...]) -> bool:
         """Enter one event; return whether the atlas has changed."""

@@ -7,7 +7,7 @@ arrival.  Edge-maps, the bulk, are read when needed and few are kept in memory.
 import json
 import sqlite3
 from collections import OrderedDict
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -100,8 +100,8 @@ class AtlasStore:
 
     # Graph
 
-    def save(self, graph: AtlasGraph, questions: list[Question]) -> None:
-        """Write what has changed since the last time, and all open questions, as one transaction."""
+    def save(self, graph: AtlasGraph, questions: list[Question], counts: Mapping[str, int]) -> None:
+        """Write what has changed since the last time, all open questions and the counts, as one transaction."""
         db = self._db
         for node_id in sorted(graph.changed_nodes):
             _write_node(db, node_id, graph.nodes.get(node_id))
@@ -116,6 +116,7 @@ class AtlasStore:
             row = (q.node, q.other, pose, q.place_evidence, maps, compared)
             db.execute("INSERT OR REPLACE INTO questions VALUES (?, ?, ?, ?, ?, ?)", row)
         self.set_meta("next_ids", json.dumps(graph.next_ids()))
+        self.set_meta("counts", json.dumps(counts, sort_keys=True))
         db.commit()
         graph.changed_nodes.clear()
         graph.changed_edges.clear()
@@ -151,6 +152,11 @@ class AtlasStore:
             for node, other, pose, place, maps, compared in db.execute("SELECT * FROM questions ORDER BY node, other")
         ]
         return graph, questions
+
+    def counts(self) -> dict[str, int]:
+        """Return the counts last saved, empty for a new atlas."""
+        counts: dict[str, int] = json.loads(self.meta("counts") or "{}")
+        return counts
 
     # The rest
 

@@ -80,6 +80,10 @@ class EdgeWalker:
         assert goal.kind is GoalKind.TRACE
         return self._trace(goal.branch)
 
+    def branch_towards(self, bearing: float) -> int:
+        """Return the index of the branch seen nearest to a direction of the floor (rad)."""
+        return min(range(len(self._bearings)), key=lambda i: abs(wrap(self._bearings[i] - bearing)))
+
     def _trace(self, branch: int) -> list[Step]:
         assert self._view is not None
         departure = self._event(EventKind.DEPARTURE, self._view, branch)
