@@ -156,7 +156,8 @@ def rebuild(
 
 @app.command()
 def compare(
-    a: Annotated[Path, typer.Argument(help="an atlas file")], b: Annotated[Path, typer.Argument(help="another")]
+    a: Annotated[Path, typer.Argument(help="an atlas file or a run's folder")],
+    b: Annotated[Path, typer.Argument(help="another")],
 ) -> None:
     """Compare two atlases; exit status 0 when their content is identical, 1 when it is not."""
     from hslam_bringup.compare import compare as run

@@ -25,7 +25,11 @@ class Comparison:
 
 
 def compare(a: Path, b: Path) -> Comparison:
-    """Compare two atlas files; raises RunError if one is missing and StoreError if one is no atlas."""
+    """Compare two atlas files, or the atlases of two runs' folders.
+
+    Raises RunError if one is missing and StoreError if one is no atlas.
+    """
+    a, b = (path / "atlas.db" if path.is_dir() else path for path in (a, b))
     for path in (a, b):
         if not path.is_file():
             raise RunError(f"{path}: no such atlas file")
