@@ -19,7 +19,9 @@ from hslam_types.se2 import SE2, Array
 Indices = npt.NDArray[np.intp]
 
 _FEWEST_PAIRS = 3
-_CHANCE_MOST = 0.4
+_CLEAR_FRACTION, _MANY_PAIRS = 0.7, 12
+"""So many pairs match for themselves: different places were never seen to share more than half."""
+_CHANCE_MOST = 0.5
 """No more of a landmark's absence is excused (nats): walls elsewhere need not even be in its place."""
 _LEAST_SHOWN = 0.5
 """Two maps of one place share at least this much."""
@@ -127,5 +129,6 @@ def _judge(
     fraction = pairs / max(expected_e, expected_c, 1)
     distance = alignment.chi / max(alignment.freedom, 1)
     enough = pairs >= _FEWEST_PAIRS and fraction >= config.least_fraction
-    agrees = enough and distance <= config.map_distance and evidence > 0.0
+    telling = evidence > 0.0 or (fraction >= _CLEAR_FRACTION and pairs >= _MANY_PAIRS)
+    agrees = enough and distance <= config.map_distance and telling
     return MapMatch(alignment, evidence, fraction, agrees)

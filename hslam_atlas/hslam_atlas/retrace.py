@@ -61,7 +61,7 @@ def convinces(match: MapMatch | None, edge: Edge, edge_map: EdgeMap, state: Atla
         return False
     if min(state.maps.get(edge.id).size, edge_map.size) < _FEW_LANDMARKS:
         return True
-    return match.agrees and match.evidence > state.config.expected_bonus
+    return match.agrees
 
 
 def far_end(edge_map: EdgeMap) -> UncertainPose:

@@ -15,7 +15,6 @@ from hslam_types.edge_map_transform import reverse
 from hslam_types.gvg_events import GoalKind, GvgGoal
 from hslam_types.se2 import SE2, rotation, wrap
 
-
 WEST, EAST = math.pi, 0.0
 
 
@@ -27,7 +26,9 @@ def drives(count: int, seed: int, *, bearing: float = WEST) -> list[EdgeMap]:
         noise = WalkNoise(degree_misread=0.0, node_missed=0.0)
         walker = EdgeWalker(floor, 2, np.random.default_rng(seed + k), noise)
         walker.follow(GvgGoal(GoalKind.ACCESS))
-        maps.extend(m for step in walker.follow(GvgGoal(GoalKind.TRACE, walker.branch_towards(bearing))) for m in step.edge_maps)
+        maps.extend(
+            m for step in walker.follow(GvgGoal(GoalKind.TRACE, walker.branch_towards(bearing))) for m in step.edge_maps
+        )
     return maps
 
 

@@ -27,9 +27,7 @@ def test_a_missing_and_an_invented_branch() -> None:
     st.floats(-math.pi, math.pi, exclude_max=True),
     st.lists(st.floats(-0.3, 0.3), min_size=6, max_size=6),
 )
-def test_small_scatter_never_confuses_well_separated_branches(
-    degree: int, turn: float, scatter: list[float]
-) -> None:
+def test_small_scatter_never_confuses_well_separated_branches(degree: int, turn: float, scatter: list[float]) -> None:
     spacing = 2.0 * math.pi / degree
     known = [(k, wrap(turn + k * spacing)) for k in range(degree)]
     seen = [wrap(bearing + scatter[k] * min(1.0, spacing / 2.0)) for k, bearing in known]

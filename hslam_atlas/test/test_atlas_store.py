@@ -55,9 +55,7 @@ def test_atlas_read_back_is_the_atlas_written(tmp_path: Path) -> None:
             read = back.state.graph.edges[edge_id]
             assert read.traversals == edge.traversals
             assert [end[:2] for end in read.ends] == [end[:2] for end in edge.ends]
-            np.testing.assert_array_equal(
-                read.ends[0].frame_in_node.covariance, edge.ends[0].frame_in_node.covariance
-            )
+            np.testing.assert_array_equal(read.ends[0].frame_in_node.covariance, edge.ends[0].frame_in_node.covariance)
             assert again.get(edge_id).size > 0
         assert {q.node for q in back.questions.open} == {q.node for q in server.questions.open}
 
