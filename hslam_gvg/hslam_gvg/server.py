@@ -31,10 +31,10 @@ STUCK_S = 4.0
 SECOND_LOOKS = 2
 SECOND_LOOK_M = 1.0
 COURSE_BACK_M = 1.0
-SLOWEST, OPENING = 0.5, 1.15
-"""Where the clearance grows by more than this factor a side opens: slower, the edges at its end answer seldom."""
-ROOM_RATE = 0.06
-"""Share of the usual clearance renewed for each metre a second, a step."""
+OPENING, SLOWING, SLOWEST = 1.12, 2.5, 0.4
+"""Where the clearance grows by more than a factor a side opens: slower, the edge at its far end answers seldom."""
+WIDER, NARROWER = 0.006, 0.05
+"""Shares of the usual clearance renewed at each step."""
 NOT_BACK = math.radians(60.0)
 LEAVING_M = 1.0
 SHARPEST_TURN = math.radians(120.0)
@@ -242,8 +242,8 @@ class GvgServer:
         open_m = ahead(points, x, y, heading, 0.3, 2.0)
         speed = config.cruise_m_s * min(1.0, max(0.35, open_m / 1.6))
         room = min((c.distance_m for c in (left, right) if c is not None), default=config.wide_m)
-        speed *= min(1.0, max(SLOWEST, OPENING * self._room / room))
-        self._room += ROOM_RATE * speed * (room - self._room)
+        speed *= min(1.0, max(SLOWEST, 1.0 - SLOWING * (room / self._room - OPENING)))
+        self._room += (WIDER if room > self._room else NARROWER) * (room - self._room)
         wide = config.wide_m
         if left is not None and right is not None and min(left.distance_m, right.distance_m) < wide:
             v = trace(left, right, heading, speed, config.equidistance_gain)
