@@ -21,7 +21,7 @@ WEST, EAST = math.pi, 0.0
 def drives(count: int, seed: int, *, bearing: float = WEST) -> list[EdgeMap]:
     """Return maps of one edge of a floor, driven from the same end again and again: west it is 36 m long, east 16."""
     floor = furnish(wean_hall(), np.random.default_rng(5))
-    maps = []
+    maps: list[EdgeMap] = []
     for k in range(count):
         noise = WalkNoise(degree_misread=0.0, node_missed=0.0)
         walker = EdgeWalker(floor, 2, np.random.default_rng(seed + k), noise)
