@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hslam_gvg.arc import Flags
-from hslam_types.se2 import Array, wrap
+from hslam_types.se2 import Array
 
 SMOOTHING_M = 0.04
 """A point counts as a local minimum if nothing beside it is nearer by more than this."""
@@ -82,11 +82,6 @@ def ahead(points: Array, x: float, y: float, heading: float, half_width_m: float
     forward, left = c * dx + s * dy, c * dy - s * dx
     hit = forward[(np.abs(left) < half_width_m) & (forward > 0.0)]
     return min(float(hit.min()), reach_m) if len(hit) else reach_m
-
-
-def between(bearing: float, start: float, end: float) -> bool:
-    """Whether a direction lies counter-clockwise between two others (rad)."""
-    return wrap(bearing - start) % (2.0 * math.pi) < wrap(end - start) % (2.0 * math.pi)
 
 
 def _nearest(dx: Array, dy: Array, squared: Array, which: Flags) -> ClosestPoint | None:

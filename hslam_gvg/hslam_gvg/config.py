@@ -18,7 +18,11 @@ class GvgConfig(Configuration):
         0.1, "travel that a turn of one radian counts for in the memory", low=0.0, high=2.0, unit="m/rad"
     )
     reach_m: float = parameter(
-        3.5, "echoes from farther away are used only where a second arc confirms them", low=0.5, high=6.5, unit="m"
+        3.5,
+        "obstacles are minded out to this distance; of echoes from farther only those that other arcs place are kept",
+        low=0.5,
+        high=6.5,
+        unit="m",
     )
     crossing_angle: float = parameter(
         math.radians(30.0),

@@ -24,7 +24,6 @@ class _Echo(NamedTuple):
     stamp_ns: int
     x: float
     y: float
-    sensor: int
 
 
 class Reflex:
@@ -48,7 +47,7 @@ class Reflex:
             if ping.range_m < 1.5:
                 axis, reach = ring.bearings[ping.sensor], ring.mount_radius_m + ping.range_m
                 x, y = pose.apply(reach * math.cos(axis), reach * math.sin(axis))
-                self._echoes.append(_Echo(ping.stamp_ns, x, y, ping.sensor))
+                self._echoes.append(_Echo(ping.stamp_ns, x, y))
 
     def room(self, base_in_odom: SE2, backwards: bool) -> tuple[float, float]:
         """Return the nearest and the second nearest room (m) from the body to echoes in its way; inf for none."""
