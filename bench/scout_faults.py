@@ -81,7 +81,8 @@ def run(faults: FaultConfig, seconds: float, seed: int) -> Outcome:
     """Drive the plan for ``seconds`` of virtual time."""
     config, floor, emulator = DriverConfig(), Watched(), EmulatorConfig()
     # Command time-out, watchdog, and the slowest ramp down; a cycle for each to be noticed in.
-    floor.bound_s = config.command_timeout_s + config.watchdog_s + 0.3 / config.acceleration_m_s2 + 2 * config.cycle_s
+    ramp_s = 0.3 / config.wheel_acceleration_m_s2
+    floor.bound_s = config.command_timeout_s + config.watchdog_s + ramp_s + 2 * config.cycle_s
     base = EmulatedBase(floor, emulator)
     line = EmulatedLine(base, emulator, Faults(faults, np.random.default_rng(seed)))
     clock = VirtualClock()

@@ -43,27 +43,30 @@ class DriverConfig(Configuration):
         1.0, "largest wheel speed (clamp seen in third-party drivers)", low=0.05, high=1.5, unit="m/s"
     )
     acceleration_m_s2: float = parameter(
-        0.5, "limit on forward acceleration, and AC of the base's wheels", low=0.05, high=3.0, unit="m/s^2"
+        1.0, "limit on speeding up; slowing down is left to the wheels", low=0.05, high=3.0, unit="m/s^2"
     )
-    turn_acceleration_rad_s2: float = parameter(
-        4.0, "limit on turning acceleration", low=0.1, high=20.0, unit="rad/s^2"
+    turn_acceleration_rad_s2: float = parameter(6.0, "limit on speeding up a turn", low=0.1, high=20.0, unit="rad/s^2")
+    wheel_acceleration_m_s2: float = parameter(
+        1.0,
+        "AC: what the base itself allows its wheels, whatever it is told (assumed)",
+        low=0.05,
+        high=3.0,
+        unit="m/s^2",
     )
     bumper_mask: int = parameter(
         0xFFFFFF, "bumper bits that count as a contact (their number is not known)", low=0, high=0xFFFFFF
     )
+    bumper_stop_s: float = parameter(
+        0.5, "a contact stops the base altogether for so long", low=0.0, high=3600.0, unit="s"
+    )
     bumper_resume_s: float = parameter(
-        2.0,
-        "after a contact commands are obeyed again this long after its end, or after a zero command",
-        low=0.0,
-        high=3600.0,
-        unit="s",
+        1.0, "from the contact's end on, forward motion stays forbidden so long", low=0.0, high=3600.0, unit="s"
     )
     bumper_reverse_m_s: float = parameter(
-        0.0,
-        "with a bumper pressed, after the stop, how fast one may back off; 0 = not at all",
-        low=0.0,
-        high=0.2,
-        unit="m/s",
+        0.1, "meanwhile, after the stop, how fast one may back off; 0 = not at all", low=0.0, high=0.2, unit="m/s"
+    )
+    bumper_turn_rad_s: float = parameter(
+        0.5, "meanwhile, after the stop, how fast one may turn: the body is round", low=0.0, high=1.0, unit="rad/s"
     )
 
     wheel_base_m: float = parameter(

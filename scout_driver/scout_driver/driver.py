@@ -166,8 +166,7 @@ class ScoutDriver:
 
     def _begin_setup(self) -> None:
         config = self._config
-        wheel = config.acceleration_m_s2 + 0.5 * config.wheel_base_m * config.turn_acceleration_rad_s2
-        units = speed_units(wheel)
+        units = speed_units(config.wheel_acceleration_m_s2)
         self._standing = False
         self._ramp.halt()
         self._setup = deque(

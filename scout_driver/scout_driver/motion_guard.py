@@ -34,8 +34,7 @@ class MotionGuard:
         self._commanded_s = -math.inf
         self._answered_s = -math.inf
         self._pressed = False
-        self._contact_handled = True
-        self._contact_s = -math.inf
+        self._contact_s = self._contact_began_s = -math.inf
         self._emergency = False
         self.enabled = False
         """Whether commands are obeyed at all (the node is active)."""
@@ -50,8 +49,6 @@ class MotionGuard:
         finite = math.isfinite(velocity.forward) and math.isfinite(velocity.turn)
         self._command = self._clamped(velocity) if finite else STILL
         self._commanded_s = now_s
-        if self._command == STILL:
-            self._contact_handled = True
 
     def forget_command(self) -> None:
         """Drop the last command: what was asked for before an interruption is not carried out after it."""
@@ -65,10 +62,8 @@ class MotionGuard:
         emergency = state.motor_status.emergency_stop
         pressed = bool(state.bumper & self._config.bumper_mask)
         if pressed:
-            self._contact_handled = self._contact_handled and self._pressed
+            self._contact_began_s = self._contact_began_s if self._pressed else now_s
             self._contact_s = now_s
-        elif now_s - self._contact_s >= self._config.bumper_resume_s:
-            self._contact_handled = True
         if emergency and not self._emergency:
             self.forget_command()
         self._pressed, self._emergency = pressed, emergency
@@ -81,7 +76,8 @@ class MotionGuard:
             Hold.EMERGENCY_STOP: self._emergency,
             Hold.LINE: now_s - self._answered_s > self._config.line_timeout_s,
             Hold.NO_COMMAND: now_s - self._commanded_s > self._config.command_timeout_s,
-            Hold.BUMPER: not self._contact_handled or (self._pressed and not self._backs_off()),
+            Hold.BUMPER: now_s - self._contact_began_s < self._config.bumper_stop_s
+            or (self._command != STILL and self._after_contact(now_s) == STILL),
         }
         return next((reason for reason, holds in reasons.items() if holds), None)
 
@@ -93,12 +89,15 @@ class MotionGuard:
             self._was_moving = False
             return STILL
         self._was_moving = self._command != STILL
-        if self._pressed:
-            return Velocity(max(self._command.forward, -self._config.bumper_reverse_m_s), 0.0)
-        return self._command
+        return self._after_contact(now_s)
 
-    def _backs_off(self) -> bool:
-        return self._config.bumper_reverse_m_s > 0.0 and self._command.forward < 0.0
+    def _after_contact(self, now_s: float) -> Velocity:
+        """Return what a contact leaves of the command: backing off and turning, slowly, until it is long past."""
+        config, command = self._config, self._command
+        if not self._pressed and now_s - self._contact_s >= config.bumper_resume_s:
+            return command
+        turn = config.bumper_turn_rad_s
+        return Velocity(min(max(command.forward, -config.bumper_reverse_m_s), 0.0), min(max(command.turn, -turn), turn))
 
     def _clamped(self, velocity: Velocity) -> Velocity:
         forward, turn = self._config.forward_max_m_s, self._config.turn_max_rad_s

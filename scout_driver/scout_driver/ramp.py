@@ -1,4 +1,4 @@
-"""Acceleration limits: a command is approached, never jumped to; a stop asked for by a hold is not delayed."""
+"""Acceleration limits: speeding up is rationed; slowing down is asked for at once and left to the wheels."""
 
 from hslam_types.sensing import Velocity
 
@@ -26,4 +26,6 @@ class Ramp:
 
 
 def _approach(value: float, target: float, change: float) -> float:
-    return min(max(target, value - change), value + change)
+    """Return ``target`` where it is slower; else the next value on the way, through rest if the sign changes."""
+    slowest = value if value * target > 0.0 else 0.0
+    return min(max(target, min(slowest, 0.0) - change), max(slowest, 0.0) + change)

@@ -34,7 +34,7 @@ class Wall(EmptyPlane):
     @property
     def bumped(self) -> bool:
         """Whether the wall is met."""
-        return self.true_pose.x >= 1.0 and self.wheels.right > 0.0
+        return self.true_pose.x >= 1.0 and sum(self.wheels) > 0.01
 
 
 @dataclass
@@ -140,24 +140,26 @@ def test_a_dead_computer_is_stopped_by_the_watchdog() -> None:
     assert bench.base.aborts == 1
 
 
-def test_a_bumper_stops_the_base_until_it_is_commanded_to_rest() -> None:
-    bench = Bench(config=DriverConfig(bumper_resume_s=3600.0), floor=Wall())
+def test_a_bumper_stops_the_base_and_lets_it_only_back_off() -> None:
+    bench = Bench(floor=Wall())
     bench.run(6.0, FORWARD)
     assert bench.driver.hold() is Hold.BUMPER
     stopped_at = bench.floor.true_pose.x
     assert stopped_at < 1.0 + 0.25 * 0.1 + STOPPING_M
-    bench.run(2.0, Velocity(-0.2, 0.0))
-    assert bench.floor.true_pose.x == stopped_at
-    bench.run(0.1, Velocity())
-    bench.run(1.0, Velocity(-0.2, 0.0))
-    assert bench.floor.true_pose.x < stopped_at - 0.05
+    bench.run(2.0, Velocity(0.2, 0.3))
+    assert bench.floor.true_pose.x == pytest.approx(stopped_at, abs=0.02)
+    assert abs(bench.floor.true_pose.theta) > 0.2
+    bench.run(2.0, Velocity(-0.3, 0.0))
+    assert stopped_at - 0.1 * 2.0 - 0.05 < bench.floor.true_pose.x < stopped_at - 0.1
 
 
-def test_after_a_bumper_the_base_may_resume_by_itself_if_so_configured() -> None:
-    bench = Bench(config=DriverConfig(bumper_resume_s=0.5), floor=Wall())
-    bench.run(5.0, FORWARD)
-    bench.run(2.0, Velocity(-0.2, 0.0))
-    assert bench.floor.true_pose.x < 0.95
+def test_a_bumper_may_be_told_to_hold_the_base_for_good() -> None:
+    strict = DriverConfig(bumper_resume_s=3600.0, bumper_reverse_m_s=0.0, bumper_turn_rad_s=0.0)
+    bench = Bench(config=strict, floor=Wall())
+    bench.run(6.0, FORWARD)
+    before = bench.floor.true_pose
+    bench.run(3.0, Velocity(-0.2, 0.4))
+    assert bench.floor.true_pose == before
 
 
 def test_an_emergency_stop_holds_and_does_not_resume_by_itself() -> None:

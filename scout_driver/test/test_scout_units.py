@@ -64,10 +64,18 @@ def test_the_ramp_never_exceeds_its_limits_and_arrives(forward: float, turn: flo
     ramp, before = Ramp(0.5, 2.5), Velocity()
     for _ in range(math.ceil(4.0 / elapsed_s)):
         now = ramp.toward(Velocity(forward, turn), elapsed_s)
-        assert abs(now.forward - before.forward) <= 0.5 * elapsed_s + 1e-12
-        assert abs(now.turn - before.turn) <= 2.5 * elapsed_s + 1e-12
+        assert abs(now.forward) - abs(before.forward) <= 0.5 * elapsed_s + 1e-12
+        assert abs(now.turn) - abs(before.turn) <= 2.5 * elapsed_s + 1e-12
         before = now
     assert before == Velocity(forward, turn)
+
+
+def test_slowing_down_is_asked_for_at_once_and_a_reversal_passes_through_rest() -> None:
+    ramp = Ramp(0.5, 2.5)
+    for _ in range(20):
+        ramp.toward(Velocity(0.4, -1.0), 0.1)
+    assert ramp.toward(Velocity(0.1, 0.0), 0.1) == Velocity(0.1, 0.0)
+    assert ramp.toward(Velocity(-0.4, 0.0), 0.1) == Velocity(-0.05, 0.0)
 
 
 @pytest.mark.parametrize("order", ["", "0 1 1", "0 16", "a b", "0 -1"])
