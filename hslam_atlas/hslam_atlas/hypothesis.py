@@ -22,8 +22,10 @@ _POSE_MOST = 6.0
 """No density of a pose is worth more nats: filters are optimistic."""
 _POSE_ALONE = 8.0
 """Evidence of pose and exclusion that needs no map to support it."""
+_CROWDED_WITHIN = 1.5
+"""Multiple of the clearance within which a second node is hardly ever found: the free discs overlap."""
 _CROWDED = 0.02
-"""Chance of a second node nearer to one than its obstacles: the reduced GVG has none, sensing errs."""
+"""Chance of a second node so near: the reduced GVG has hardly any, sensing errs."""
 _LOOK_ALIKES_TRIED = 3
 """Nodes compared with every arrival to learn how much places look alike."""
 _START_SPACING = math.radians(6.0)
@@ -72,7 +74,7 @@ def weigh(
     config: AtlasConfig,
 ) -> Hypothesis | None:
     """Weigh one node against the sight whose chained pose in it is given; None where the pose rules it out."""
-    pose = _pose_evidence(sight_in_node, 0.8 * min(node.clearance_m, sight.clearance_m), config)
+    pose = _pose_evidence(sight_in_node, _CROWDED_WITHIN * min(node.clearance_m, sight.clearance_m), config)
     if pose is None:
         return None
     match, refined = best_constellation(graph, maps, node, sight, sight_in_node, config)
