@@ -141,7 +141,7 @@ def test_a_dead_computer_is_stopped_by_the_watchdog() -> None:
 
 
 def test_a_bumper_stops_the_base_and_lets_it_only_back_off() -> None:
-    bench = Bench(floor=Wall())
+    bench = Bench(config=DriverConfig(bumper_resume_s=3600.0), floor=Wall())
     bench.run(6.0, FORWARD)
     assert bench.driver.hold() is Hold.BUMPER
     stopped_at = bench.floor.true_pose.x
@@ -151,6 +151,13 @@ def test_a_bumper_stops_the_base_and_lets_it_only_back_off() -> None:
     assert abs(bench.floor.true_pose.theta) > 0.2
     bench.run(2.0, Velocity(-0.3, 0.0))
     assert stopped_at - 0.1 * 2.0 - 0.05 < bench.floor.true_pose.x < stopped_at - 0.1
+
+
+def test_some_time_after_a_contact_everything_is_allowed_again() -> None:
+    bench = Bench(floor=Wall())
+    bench.run(5.5, FORWARD)
+    bench.run(5.0, Velocity(-0.3, 0.0))
+    assert bench.speed == pytest.approx(0.3, abs=0.01)
 
 
 def test_a_bumper_may_be_told_to_hold_the_base_for_good() -> None:
