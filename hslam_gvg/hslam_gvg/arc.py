@@ -100,4 +100,6 @@ def relate(new: Arc, old: Arcs, half_cone: float, least_crossing: float, least_s
 
 def median_azimuth(azimuths: Array, axis: float) -> float:
     """Return the median (rad) of directions taken relative to ``axis``."""
-    return axis + float(np.median(wrap_all(azimuths - axis)))
+    offsets: list[float] = sorted(wrap_all(azimuths - axis).tolist())
+    middle = len(offsets) // 2
+    return axis + (offsets[middle] if len(offsets) % 2 else 0.5 * (offsets[middle - 1] + offsets[middle]))

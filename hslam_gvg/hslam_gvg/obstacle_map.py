@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from hslam_gvg.arc import Arc, Arcs, Flags, median_azimuth, relate
 from hslam_gvg.config import GvgConfig
-from hslam_types.se2 import SE2, Array, wrap
+from hslam_types.se2 import SE2, Array, wrap, wrap_all
 from hslam_types.sensing import SonarSweep
 
 Rows = npt.NDArray[np.signedinteger[Any]]
@@ -21,6 +21,8 @@ Rows = npt.NDArray[np.signedinteger[Any]]
 UNRESOLVED, RESOLVED, FILL, EXPLAINED, WITHDRAWN = 0, 1, 2, 3, 4
 """Kinds of rows: an echo at its arc's centre, an echo placed by other arcs, wall between two echoes, an echo beside
 a resolved one (an arc, no point), and a replaced one."""
+TIDY_EVERY_M = 0.05
+SAME_NORMAL = 0.2
 CAPACITY = 2048
 FILL_STEP_M = 0.12
 """Distance between the points that stand for a stretch of wall."""
@@ -54,6 +56,7 @@ class ObstacleMap:
         self._config = config
         self.travel_m = 0.0
         """Odometer: metres plus turning, as the memory counts them."""
+        self._tidied_m = 0.0
         self._pose: SE2 | None = None
         self._count = 0
         columns = np.zeros((8, CAPACITY))
@@ -61,6 +64,8 @@ class ObstacleMap:
         self._x, self._y, self._axis, self._range = columns[0], columns[1], columns[2], columns[3]
         self._px, self._py, self._born, self._support = columns[4], columns[5], columns[6], columns[7]
         self._kind = np.zeros(CAPACITY, dtype=np.int64)
+        self._is_arc = np.array([True, True, False, True, False])
+        self._is_solid = np.array([False, True, True, False, False])
         self._cache: Array | None = None
         self._wary_cache: Array | None = None
 
@@ -71,8 +76,10 @@ class ObstacleMap:
             turned = abs(wrap(base_in_odom.theta - last.theta))
             self.travel_m += math.hypot(base_in_odom.x - last.x, base_in_odom.y - last.y)
             self.travel_m += self._config.metres_per_radian * turned
-        self._clear(base_in_odom.x, base_in_odom.y)
-        self._forget()
+        if self.travel_m - self._tidied_m > TIDY_EVERY_M:
+            self._tidied_m = self.travel_m
+            self._clear(base_in_odom.x, base_in_odom.y)
+            self._forget()
 
     def hear(self, sweep: SonarSweep, poses: tuple[SE2, ...]) -> None:
         """Add a sweep's echoes; ``poses`` holds base_link in odom at each ping."""
@@ -114,69 +121,61 @@ class ObstacleMap:
 
     def add(self, arc: Arc, half_cone: float) -> None:
         """Place one echo by what the arcs in memory say about it."""
-        config, n = self._config, self._count
-        centre_x, centre_y = arc.point(arc.axis)
-        recent = (
-            (self._born[:n] > self.travel_m - config.partner_travel_m)
-            & (self._kind[:n] != WITHDRAWN)
-            & (self._kind[:n] != FILL)
-            & (np.hypot(self._px[:n] - centre_x, self._py[:n] - centre_y) < PARTNER_POINTS_M)
-        )
-        rows = np.flatnonzero(recent)
+        rows = self._partners(arc)
         if self._repeats(arc, rows):
             return
-        azimuth, kind = arc.axis, UNRESOLVED
-        wall_partner, wall_normal = -1, 0.0
-        if len(rows):
-            old = Arcs(self._x[rows], self._y[rows], self._axis[rows], self._range[rows])
-            crossing = min(config.crossing_angle, max(LEAST_CROSSING, CROSSING_RATE * arc.range_m))
-            found = relate(arc, old, half_cone, crossing, config.wall_step_m)
-            touches = found.touches & (found.wall_length < LONGEST_TANGENT_M)
-            crossings, walls = int(found.crosses.sum()), int(touches.sum())
-            if crossings > walls:
-                azimuth, kind = median_azimuth(found.crossing[found.crosses], arc.axis), RESOLVED
-                self._resolve(rows[found.crosses], found.crossing_on_old[found.crosses])
-            elif walls > 1:
-                normals = found.normal[touches][-NEWEST_NORMALS:]
-                wall_normal = median_azimuth(normals, arc.axis)
-                offset = min(max(wrap(wall_normal - arc.axis), -half_cone), half_cone)
-                azimuth, kind = arc.axis + offset, RESOLVED
-                near = touches & (
-                    np.abs(np.remainder(found.normal - wall_normal + math.pi, 2 * math.pi) - math.pi) < 0.2
-                )
-                self._resolve(rows[near], self._clamped(rows[near], found.normal[near], half_cone))
-                if near.any():
-                    wall_partner = int(rows[near][-1])
-        if kind == UNRESOLVED and arc.range_m > config.reach_m + 1.0:
+        azimuth, kind, wall = self._placed(arc, rows, half_cone) if len(rows) else (arc.axis, UNRESOLVED, None)
+        if kind == UNRESOLVED and arc.range_m > self._config.reach_m + 1.0:
             return
         x, y = arc.point(azimuth)
         self._insert(arc, x, y, kind)
-        if wall_partner >= 0:
-            self._fill(x, y, float(self._px[wall_partner]), float(self._py[wall_partner]))
+        if wall is not None:
+            self._fill(x, y, float(self._px[wall]), float(self._py[wall]))
         self._changed()
+
+    def _partners(self, arc: Arc) -> Rows:
+        """Return the rows whose arcs may have to do with a new one."""
+        n, (x, y) = self._count, arc.point(arc.axis)
+        dx, dy = self._px[:n] - x, self._py[:n] - y
+        near = dx * dx + dy * dy < PARTNER_POINTS_M * PARTNER_POINTS_M
+        near &= self._born[:n] > self.travel_m - self._config.partner_travel_m
+        near &= self._is_arc[self._kind[:n]]
+        return np.flatnonzero(near)
+
+    def _placed(self, arc: Arc, rows: Rows, half_cone: float) -> tuple[float, int, int | None]:
+        """Return a new arc's azimuth, its kind, and the newest row on the same wall, by vote of the older arcs."""
+        config = self._config
+        old = Arcs(self._x[rows], self._y[rows], self._axis[rows], self._range[rows])
+        crossing = min(config.crossing_angle, max(LEAST_CROSSING, CROSSING_RATE * arc.range_m))
+        found = relate(arc, old, half_cone, crossing, config.wall_step_m)
+        touches = found.touches & (found.wall_length < LONGEST_TANGENT_M)
+        crossings, walls = np.count_nonzero(found.crosses), np.count_nonzero(touches)
+        if crossings > walls:
+            self._resolve(rows[found.crosses], found.crossing_on_old[found.crosses])
+            return median_azimuth(found.crossing[found.crosses], arc.axis), RESOLVED, None
+        if walls < 2:
+            return arc.axis, UNRESOLVED, None
+        normal = median_azimuth(found.normal[touches][-NEWEST_NORMALS:], arc.axis)
+        agreeing = touches & (np.abs(wrap_all(found.normal - normal)) < SAME_NORMAL)
+        same_wall = rows[agreeing]
+        axes = self._axis[same_wall]
+        offsets = wrap_all(found.normal[agreeing] - axes)
+        # Where the normal lies beside the cone, the cone's edge has heard the wall.
+        self._resolve(same_wall, axes + np.clip(offsets, -half_cone, half_cone))
+        azimuth = arc.axis + min(max(wrap(normal - arc.axis), -half_cone), half_cone)
+        return azimuth, RESOLVED, int(same_wall[-1]) if len(same_wall) else None
 
     def _repeats(self, arc: Arc, rows: Rows) -> bool:
         """Whether the same sonar has just said the same from the same place: standing still is no evidence."""
-        if not len(rows):
+        rows = rows[np.abs(self._range[rows] - arc.range_m) < SAME_PLACE_M]
+        rows = rows[np.abs(self._x[rows] - arc.x) + np.abs(self._y[rows] - arc.y) < SAME_PLACE_M]
+        again = rows[np.abs(wrap_all(self._axis[rows] - arc.axis)) < SAME_AXIS]
+        if not len(again):
             return False
-        same = (
-            (np.hypot(self._x[rows] - arc.x, self._y[rows] - arc.y) < SAME_PLACE_M)
-            & (np.abs(np.remainder(self._axis[rows] - arc.axis + math.pi, 2.0 * math.pi) - math.pi) < SAME_AXIS)
-            & (np.abs(self._range[rows] - arc.range_m) < SAME_PLACE_M)
-        )
-        if not same.any():
-            return False
-        again = rows[same]
         self._support[again] += 1.0
         self._born[again] = self.travel_m
         self._changed()
         return True
-
-    def _clamped(self, rows: Rows, normals: Array, half_cone: float) -> Array:
-        axis = self._axis[rows]
-        offset = np.remainder(normals - axis + math.pi, 2.0 * math.pi) - math.pi
-        clamped: Array = axis + np.clip(offset, -half_cone, half_cone)
-        return clamped
 
     def _resolve(self, rows: Rows, azimuths: Array) -> None:
         """Move older unresolved echoes to where the new arc places them."""
@@ -191,45 +190,45 @@ class ObstacleMap:
         if n == CAPACITY:
             self._keep(np.arange(n) >= n // 4)
             n = self._count
-        distance = np.hypot(self._px[:n] - x, self._py[:n] - y)
-        kinds = self._kind[:n]
-        alive = kinds != WITHDRAWN
-        near = alive & (distance < self._config.speckle_m)
-        self._support[:n][near] += 1.0
-        solid = (kinds == RESOLVED) | (kinds == FILL)
+        dx, dy = self._px[:n] - x, self._py[:n] - y
+        squared = dx * dx + dy * dy
+        near = np.flatnonzero(squared < self._config.speckle_m * self._config.speckle_m)
+        near = near[self._kind[near] != WITHDRAWN]
+        squared, kinds = squared[near], self._kind[near]
+        self._support[near] += 1.0
         if kind == RESOLVED:
-            stale = self._born[:n] < self.travel_m - STALE_TRAVEL_M
-            kinds[alive & stale & (distance < REPLACE_M)] = WITHDRAWN
-            kinds[(kinds == UNRESOLVED) & (distance < EXPLAINED_M)] = EXPLAINED
-        elif (solid & (distance < EXPLAINED_M)).any():
+            stale = self._born[near] < self.travel_m - STALE_TRAVEL_M
+            kinds[(kinds == UNRESOLVED) & (squared < EXPLAINED_M * EXPLAINED_M)] = EXPLAINED
+            kinds[stale & (squared < REPLACE_M * REPLACE_M)] = WITHDRAWN
+            self._kind[near] = kinds
+        elif (self._is_solid[kinds] & (squared < EXPLAINED_M * EXPLAINED_M)).any():
             kind = EXPLAINED
-        self._columns[:, n] = (arc.x, arc.y, arc.axis, arc.range_m, x, y, self.travel_m, float(near.sum()))
+        self._columns[:, n] = (arc.x, arc.y, arc.axis, arc.range_m, x, y, self.travel_m, float(len(near)))
         self._kind[n] = kind
         self._count = n + 1
 
     def _fill(self, x: float, y: float, to_x: float, to_y: float) -> None:
-        """Put points between two echoes of one wall."""
-        length = math.hypot(to_x - x, to_y - y)
-        if not FILL_STEP_M < length < self._config.wall_fill_m:
-            return
+        """Put points between two echoes of one wall, where there are none."""
+        n, length = self._count, math.hypot(to_x - x, to_y - y)
         steps = int(length / FILL_STEP_M)
-        for i in range(1, steps + 1):
-            share = i / (steps + 1)
-            px, py = x + share * (to_x - x), y + share * (to_y - y)
-            n = self._count
-            if n == CAPACITY:
-                return
-            beside = (np.abs(self._px[:n] - px) < 0.5 * FILL_STEP_M) & (np.abs(self._py[:n] - py) < 0.5 * FILL_STEP_M)
-            solid = (self._kind[:n] == RESOLVED) | (self._kind[:n] == FILL)
-            if not (beside & solid).any():
-                self._columns[:, n] = (px, py, 0.0, 0.0, px, py, self.travel_m, 1.0)
-                self._kind[n] = FILL
-                self._count = n + 1
+        if not FILL_STEP_M < length < self._config.wall_fill_m or n + steps > CAPACITY:
+            return
+        share = np.arange(1, steps + 1) / (steps + 1)
+        px, py = x + share * (to_x - x), y + share * (to_y - y)
+        solid = np.flatnonzero(self._is_solid[self._kind[:n]] & (np.abs(self._px[:n] - x) < 2.0 * length))
+        dx, dy = np.abs(px[:, None] - self._px[solid]), np.abs(py[:, None] - self._py[solid])
+        bare = ~(np.maximum(dx, dy) < 0.5 * FILL_STEP_M).any(axis=1)
+        end = n + int(np.count_nonzero(bare))
+        self._columns[:, n:end] = 0.0
+        self._px[n:end], self._py[n:end], self._born[n:end] = px[bare], py[bare], self.travel_m
+        self._kind[n:end] = FILL
+        self._count = end
 
     def _clear(self, x: float, y: float) -> None:
         """Withdraw what the body stands in: nothing was there."""
         n = self._count
-        under = (np.hypot(self._px[:n] - x, self._py[:n] - y) < self._config.body_m) & (self._kind[:n] != WITHDRAWN)
+        dx, dy = self._px[:n] - x, self._py[:n] - y
+        under = dx * dx + dy * dy < self._config.body_m * self._config.body_m
         if under.any():
             self._kind[:n][under] = WITHDRAWN
             self._changed()
@@ -237,7 +236,7 @@ class ObstacleMap:
     def _forget(self) -> None:
         n = self._count
         kept = (self._born[:n] > self.travel_m - self._config.memory_m) & (self._kind[:n] != WITHDRAWN)
-        if n - int(kept.sum()) > 32:
+        if not kept.all():
             self._keep(kept)
 
     def _keep(self, kept: Flags) -> None:

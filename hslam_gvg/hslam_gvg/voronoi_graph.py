@@ -18,6 +18,8 @@ Indices = npt.NDArray[np.signedinteger[Any]]
 
 CELL_M = 0.1
 """Points closer together than about this are averaged."""
+SITES = 1.25
+"""Points out to this multiple of the horizon shape the graph within it."""
 FAR = 3.0
 """A ring of far points at this multiple of the horizon closes the triangulation; its ridges lie beyond the horizon."""
 FAR_COUNT = 24
@@ -37,7 +39,7 @@ class VoronoiGraph(NamedTuple):
 
 def voronoi_graph(points: Array, x: float, y: float, horizon_m: float, gap_m: float) -> VoronoiGraph:
     """Return the connected part nearest to (x, y) of the Voronoi graph of ``points`` (n x 2, m), out to the horizon."""
-    around = thinned(points, x, y, horizon_m * 1.5)
+    around = thinned(points, x, y, horizon_m * SITES)
     angles = np.arange(FAR_COUNT) * (2.0 * math.pi / FAR_COUNT)
     ring = FAR * horizon_m * np.column_stack((np.cos(angles), np.sin(angles)))
     sites = np.concatenate((around, ring))
