@@ -12,39 +12,55 @@ from rclpy.task import Future
 
 from hslam_types.gvg_events import GoalKind, GvgGoal
 
-_RETRY_S = 0.2
+_LOOK_S = 0.2
+"""How often a server that is not there yet is looked for."""
+_RESEND_LOOKS = 5
+"""Looks without an answer after which a goal is sent again: DDS may lose the first answer of a new server."""
 
 
 class GvgClient:
-    """Sends one goal at a time; a server that is not there yet is waited for."""
+    """Sends one goal at a time; a server that is not there yet is waited for, a lost answer asked for again.
+
+    A goal sent twice does no harm: the GVG level stands still until the cycle after the answer.
+    """
 
     def __init__(self, node: Node, source: str) -> None:
         """Create the clients of the actions under the name ``source``."""
-        self._node = node
         self._clients: dict[GoalKind, Any] = {
             GoalKind.ACCESS: ActionClient(node, AccessGvg, f"{source}/access"),
             GoalKind.TRACE: ActionClient(node, TraceEdge, f"{source}/trace"),
             GoalKind.STRAIGHT: ActionClient(node, DriveStraight, f"{source}/drive_straight"),
         }
-        self._waiting: tuple[GvgGoal, Callable[[bool], None]] | None = None
-        self._timer = node.create_timer(_RETRY_S, self._try_again, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self._goal: GvgGoal | None = None
+        self._answered: Callable[[bool], None] = lambda _: None
+        self._looks = 0
+        self._timer = node.create_timer(_LOOK_S, self._look, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def send(self, goal: GvgGoal, answered: Callable[[bool], None]) -> None:
-        """Send a goal; ``answered(accepted)`` is called when the server has decided on it."""
+        """Send a goal; ``answered(accepted)`` is called once, when the server has decided on it."""
         if goal.kind is GoalKind.STOP:  # nothing to ask for: without a goal the GVG level stands still
             answered(True)
             return
-        client = self._clients[goal.kind]
-        if not client.server_is_ready():
-            self._waiting = (goal, answered)
-            return
-        future = client.send_goal_async(_to_msg(goal))
-        future.add_done_callback(lambda done: answered(_accepted(done)))
+        self._goal, self._answered, self._looks = goal, answered, 0
+        self._try()
 
-    def _try_again(self) -> None:
-        if self._waiting is not None:
-            waiting, self._waiting = self._waiting, None
-            self.send(*waiting)
+    def _try(self) -> None:
+        goal = self._goal
+        if goal is None or not self._clients[goal.kind].server_is_ready():
+            return
+        self._looks = _RESEND_LOOKS
+        future = self._clients[goal.kind].send_goal_async(_to_msg(goal))
+        future.add_done_callback(lambda done: self._on_answer(goal, done))
+
+    def _on_answer(self, goal: GvgGoal, done: Future) -> None:
+        if self._goal is goal:  # else: the answer to the first of two sendings came late
+            self._goal = None
+            self._answered(_accepted(done))
+
+    def _look(self) -> None:
+        self._looks -= 1
+        if self._goal is not None and self._looks <= 0:
+            self._try()
 
 
 def _to_msg(goal: GvgGoal) -> Any:

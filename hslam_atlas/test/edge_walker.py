@@ -76,7 +76,8 @@ class EdgeWalker:
             access = self._event(EventKind.ACCESS)
             self._look(None)
             self._leg = None
-            return [Step(self._clock, (access,)), Step(self._clock, (self._arrival(-1, 3.0),))]
+            arrival = self._arrival(-1, 3.0)
+            return [Step(access.stamp_ns, (access,)), Step(arrival.stamp_ns, (arrival,))]
         assert goal.kind is GoalKind.TRACE
         return self._trace(goal.branch)
 
@@ -87,12 +88,13 @@ class EdgeWalker:
     def _trace(self, branch: int) -> list[Step]:
         assert self._view is not None
         departure = self._event(EventKind.DEPARTURE, self._view, branch)
-        steps = [Step(self._clock, (departure,), (), self._links(departure, self._bearings[branch]))]
+        steps = [Step(departure.stamp_ns, (departure,), (), self._links(departure, self._bearings[branch]))]
         real = self._real[branch]
         ways = self.floor.leaving(self.node)
         if real is None:  # an invented branch: the nearest real one, or lost
             if self.rng.random() < 0.5:
-                return [*steps, Step(self._clock, (self._event(EventKind.LOST),))]
+                lost = self._event(EventKind.LOST)
+                return [*steps, Step(lost.stamp_ns, (lost,))]
             towards = self._bearings[branch]
             real = min(range(len(ways)), key=lambda i: abs(wrap(ways[i][1] - towards)))
         frame = SE2(*self._centre, self._bearings[branch])
@@ -117,7 +119,7 @@ class EdgeWalker:
         )
         arrival = self._arrival(along, length)
         edge_map = self._map(frame, path, departure.sequence, arrival, self._bearings[along], length)
-        return [*steps, Step(self._clock, (arrival,), (edge_map,))]
+        return [*steps, Step(arrival.stamp_ns, (arrival,), (edge_map,))]
 
     def _offset_start(self, frame: SE2) -> Point:
         return frame.x, frame.y
