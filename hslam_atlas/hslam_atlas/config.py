@@ -62,7 +62,6 @@ class AtlasConfig(Configuration):
     node_density: float = parameter(
         0.004, "Nodes expected per square metre, the rival of a pose that fits.", low=1e-6, high=1.0, unit="1/m^2"
     )
-    expected_bonus: float = parameter(4.0, "Evidence for arriving where a known edge leads.", low=0.0, high=20.0)
     close_evidence: float = parameter(9.0, "Evidence at which a loop may close.", low=0.0, high=100.0)
     close_margin: float = parameter(
         5.0, "Lead over the next hypothesis at which a loop may close.", low=0.0, high=100.0
