@@ -14,6 +14,8 @@ import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import TwistStamped
 from hslam_msgs.msg import LandmarkObservations, NodeStatus, SonarRing
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
 from nav_msgs.msg import Odometry
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
@@ -67,6 +69,14 @@ class Scene:
     def command(self, forward: float, stamp_ns: int = 0) -> None:
         """Command a velocity."""
         self._commands.publish(velocity_to_msg(Velocity(forward, 0.0), stamp_ns))
+
+    def change_state(self, transition: int) -> bool:
+        """Ask the driver's node for a transition; tell whether it was made."""
+        client = self._node.create_client(ChangeState, "scout/change_state")
+        self.spin_until(client.service_is_ready)
+        future = client.call_async(ChangeState.Request(transition=Transition(id=transition)))
+        self.spin_until(future.done)
+        return bool(future.result().success)
 
     def answer_like(self, *nodes: str, forward: float) -> None:
         """Answer every odometry as the suite's nodes do."""
@@ -148,6 +158,19 @@ def test_drives_over_a_pseudo_terminal_and_survives_the_loss_of_either_side(scen
     heard["odom"].clear()
     scene.spin_until(lambda: len(heard["odom"]) > 5)
     assert _interrupt(second) == 0
+
+
+def test_deactivating_stops_the_base_and_activating_waits_for_a_new_command(scene: Scene) -> None:
+    scene.start("scout_emulator", port=scene.line)
+    scene.start("scout_node", port=scene.line, board_stamps=True, reconnect_s=0.1)
+    odom = scene.heard["odom"]
+    scene.spin_until(lambda: bool(odom) and odom[-1].twist.twist.linear.x > 0.15, lambda: scene.command(0.2))
+    assert scene.change_state(Transition.TRANSITION_DEACTIVATE)
+    odom.clear()
+    assert scene.change_state(Transition.TRANSITION_ACTIVATE)
+    scene.spin_until(lambda: len(odom) > 10)
+    assert {msg.twist.twist.linear.x for msg in odom} == {0.0}
+    scene.spin_until(lambda: odom[-1].twist.twist.linear.x > 0.15, lambda: scene.command(0.2))
 
 
 def test_lockstep_steps_once_an_answer_and_ends_when_one_stays_out(scene: Scene) -> None:
