@@ -6,6 +6,7 @@ Run by `make setup`. It does only what is not yet done or no longer current, and
 import fcntl
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -23,6 +24,10 @@ INSTALLED = VENV / "hslam-installed.stamp"
 BUILT = ROOT / "install" / "hslam-built.stamp"
 STARTED = ROOT / "build" / "hslam-started.stamp"
 FROM_PIP = ROOT / "setup" / "from_pip" / "tf2_msgs"
+
+
+class CutShortError(SetUpError):
+    """A command of the set-up was ended by a signal: what it was writing may be half written."""
 
 
 def say(text: str) -> None:
@@ -55,8 +60,11 @@ def run(command: list[str], environment: dict[str, str], what: str, log: Path | 
             ).returncode
         if status:
             sys.stderr.write("".join(log.read_text(errors="replace").splitlines(keepends=True)[-40:]))
+    where = f"; the whole output is in {log}" if log else ""
+    if status < 0:
+        message = f"{what} was ended by {signal.Signals(-status).name}{where}"
+        raise CutShortError(message)
     if status:
-        where = f"; the whole output is in {log}" if log else ""
         message = f"{what} failed{where}"
         raise SetUpError(message)
 
@@ -109,8 +117,10 @@ def build(ros: Path | None, lock: Path) -> None:
     colcon += [] if ros else [str(FROM_PIP)]
     try:
         run([*colcon, "--cmake-args", *options], environment, "building the workspace", ROOT / "log" / "set-up.log")
+    except CutShortError:
+        raise
     except SetUpError:
-        STARTED.unlink()  # It failed but was not cut short: what is built stays good.
+        STARTED.unlink()  # What is built stays good, unlike after being cut short.
         raise
     write_launchers(ROOT, VENV, ros)
     write(BUILT, stamp)
