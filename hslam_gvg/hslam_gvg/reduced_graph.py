@@ -15,7 +15,8 @@ from hslam_types.se2 import wrap
 PARALLEL_LOOP = 3.2
 """A loop shorter than this multiple of the clearance is an artefact."""
 ROUNDS = 6
-ONE_WAY = math.radians(60.0)
+ONE_WAY, NEARLY_ONE, SQUEEZE = math.radians(60.0), math.radians(80.0), 0.6
+PASSAGE_M = 2.5
 """Branches that leave closer together than this pass one obstacle on both sides, most often an echo in mid-air."""
 
 
@@ -42,6 +43,7 @@ class ReducedGraph:
 
     def __init__(self, graph: VoronoiGraph, dead_end_m: float, chord_m: float) -> None:
         """Reduce a local Voronoi graph; bearings are taken at ``chord_m`` from the node."""
+        graph = graph._replace(passage=dict(graph.passage))
         self._graph, self._chord_m = graph, chord_m
         self._links: Links = {u: list(around) for u, around in enumerate(graph.neighbours)}
         for _ in range(ROUNDS):
@@ -69,26 +71,52 @@ class ReducedGraph:
         return self._node(nearest).bearings
 
     def _node(self, u: int) -> ReducedNode:
-        graph = self._graph
-        bearings = sorted(_chord(graph, self._links, u, v, self._chord_m) for v in self._links[u])
-        return ReducedNode(*graph.position[u], graph.clearance[u], distinct(bearings))
-
-
-def distinct(bearings: list[float]) -> tuple[float, ...]:
-    """Return sorted directions (rad) with those closer together than `ONE_WAY` replaced by their mean."""
-    merged = list(bearings)
-    while len(merged) > 1:
-        gaps = [
-            (wrap(b - a) % (2.0 * math.pi), i)
-            for i, (a, b) in enumerate(zip(merged, merged[1:] + merged[:1], strict=True))
+        graph, links = self._graph, self._links
+        branches = [
+            Branch(_chord(graph, links, u, v, self._chord_m), _passage(graph, _chain(links, u, v), PASSAGE_M))
+            for v in links[u]
         ]
-        gap, i = min(gaps)
-        if gap >= ONE_WAY:
+        return ReducedNode(*graph.position[u], graph.clearance[u], distinct(branches))
+
+
+class Branch(NamedTuple):
+    """One way out of a vertex."""
+
+    bearing: float
+    passage_m: float
+    """Least clearance near the vertex."""
+
+
+def distinct(branches: list[Branch]) -> tuple[float, ...]:
+    """Return the directions of branches (rad, sorted), those that leave through one opening as one.
+
+    Branches closer together than `ONE_WAY` are one; up to `NEARLY_ONE` they are if one of them squeezes through a
+    gap much narrower than the other's: most often a hole in what is known of a wall.
+    """
+    left = sorted(branches)
+    while len(left) > 1:
+        pairs = zip(left, left[1:] + left[:1], strict=True)
+        angle, first, second = min((wrap(b.bearing - a.bearing) % (2.0 * math.pi), a, b) for a, b in pairs)
+        narrow, wide = sorted((first, second), key=lambda branch: branch.passage_m)
+        squeezes = narrow.passage_m < SQUEEZE * wide.passage_m
+        if angle >= (NEARLY_ONE if squeezes else ONE_WAY):
             break
-        both = wrap(merged[i] + 0.5 * gap)
-        j = (i + 1) % len(merged)
-        merged = sorted([b for k, b in enumerate(merged) if k not in (i, j)] + [both])
-    return tuple(merged)
+        left.remove(first)
+        left.remove(second)
+        middle = wrap(first.bearing + 0.5 * angle)
+        left = sorted([*left, wide if squeezes else Branch(middle, wide.passage_m)])
+    return tuple(branch.bearing for branch in left)
+
+
+def _passage(graph: VoronoiGraph, chain: list[int], length_m: float) -> float:
+    """Return the least clearance along the first metres of a chain."""
+    least, total = graph.clearance[chain[0]], 0.0
+    for u, v in pairwise(chain):
+        if total > length_m:
+            break
+        least = min(least, graph.passage.get((u, v), math.inf))
+        total += math.dist(graph.position[u], graph.position[v])
+    return least
 
 
 def _chain(links: Links, start: int, towards: int) -> list[int]:
@@ -178,6 +206,8 @@ def _contract(graph: VoronoiGraph, links: Links, chain: list[int]) -> None:
     for v in links.pop(gone, []):
         links[v][links[v].index(gone)] = kept
         links[kept].append(v)
+        if (gone, v) in graph.passage:
+            graph.passage[kept, v] = graph.passage[v, kept] = graph.passage[gone, v]
 
 
 def _chord(graph: VoronoiGraph, links: Links, start: int, towards: int, chord_m: float) -> float:

@@ -35,6 +35,8 @@ class VoronoiGraph(NamedTuple):
     neighbours: list[list[int]]
     exits: set[int]
     """Vertices beyond the horizon, one for each ridge that leads there."""
+    passage: dict[tuple[int, int], float]
+    """Least clearance along each ridge (m), by its vertices in either order."""
 
 
 def voronoi_graph(points: Array, x: float, y: float, horizon_m: float, gap_m: float) -> VoronoiGraph:
@@ -51,7 +53,7 @@ def voronoi_graph(points: Array, x: float, y: float, horizon_m: float, gap_m: fl
     kept = (clear >= 0.5 * gap_m) & (length >= np.minimum(gap_m, clear))
     inside = np.einsum("ij,ij->i", centre, centre) < horizon_m * horizon_m
     kept &= inside[first] | inside[second]
-    return _component(first[kept], second[kept], centre, radius, inside, (x, y))
+    return _component(first[kept], second[kept], clear[kept], centre, radius, inside, (x, y))
 
 
 def thinned(points: Array, x: float, y: float, reach_m: float) -> Array:
@@ -101,46 +103,47 @@ def ridge_clearance(a: Array, b: Array, start: Array, end: Array) -> tuple[Array
 def _component(
     first: Indices,
     second: Indices,
+    clear: Array,
     centre: Array,
     radius: Array,
     inside: npt.NDArray[np.bool_],
     origin: tuple[float, float],
 ) -> VoronoiGraph:
     if not len(first):
-        return VoronoiGraph([], [], [], set())
+        return VoronoiGraph([], [], [], set(), {})
     a, b = centre[first], centre[second]
     along = b - a
     share = np.clip(-np.einsum("ij,ij->i", a, along) / np.maximum(np.einsum("ij,ij->i", along, along), 1e-12), 0.0, 1.0)
     foot = a + share[:, None] * along
     nearest = int(np.argmin(np.einsum("ij,ij->i", foot, foot)))
-    links: dict[int, list[int]] = {}
+    links: dict[int, list[tuple[int, float]]] = {}
     pairs = list(zip(first.tolist(), second.tolist(), strict=True))
     within = inside.tolist()
-    for u, v in pairs:
-        links.setdefault(u, []).append(v)
-        links.setdefault(v, []).append(u)
+    for (u, v), room in zip(pairs, clear.tolist(), strict=True):
+        links.setdefault(u, []).append((v, room))
+        links.setdefault(v, []).append((u, room))
     start = pairs[nearest][0] if within[pairs[nearest][0]] else pairs[nearest][1]
     number = {start: 0}
     members, exits = [start], set[int]()
     neighbours: list[list[int]] = [[]]
+    passage: dict[tuple[int, int], float] = {}
     at = 0
     while at < len(members):
         if at not in exits:
-            for v in links[members[at]]:
-                # Each ridge that leaves the horizon gets an exit of its own.
-                if not within[v] or v not in number:
-                    other = len(members)
+            for v, room in links[members[at]]:
+                other = number.get(v, len(members))
+                if other == len(members):
                     members.append(v)
                     neighbours.append([])
                     if within[v]:
                         number[v] = other
                     else:
+                        # Each ridge that leaves the horizon gets an exit of its own.
                         exits.add(other)
                         neighbours[other].append(at)
-                        neighbours[at].append(other)
-                        continue
-                neighbours[at].append(number[v])
+                neighbours[at].append(other)
+                passage[at, other] = passage[other, at] = room
         at += 1
     rows = np.array(members)
     position = [(px + origin[0], py + origin[1]) for px, py in centre[rows].tolist()]
-    return VoronoiGraph(position, radius[rows].tolist(), neighbours, exits)
+    return VoronoiGraph(position, radius[rows].tolist(), neighbours, exits, passage)

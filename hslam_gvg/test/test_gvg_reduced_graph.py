@@ -8,7 +8,7 @@ from drawn_walls import ALCOVE, CROSSING, DEAD_END, HALF, L_CORNER, T_JUNCTION, 
 
 from hslam_gvg.config import GvgConfig
 from hslam_gvg.node_detector import NodeDetector
-from hslam_gvg.reduced_graph import ReducedNode, distinct
+from hslam_gvg.reduced_graph import Branch, ReducedNode, distinct
 from hslam_types.se2 import SE2, wrap
 
 SEEDS = range(5)
@@ -80,5 +80,15 @@ def test_a_node_ahead_is_not_yet_passed_and_a_handled_one_is_hidden() -> None:
 
 
 def test_branches_through_one_opening_are_one() -> None:
-    assert distinct([-3.0, 0.0, 0.3, 1.6]) == pytest.approx((-3.0, 0.15, 1.6))
-    assert distinct([-3.1, 0.0, 3.1]) == pytest.approx((-math.pi, 0.0))
+    def of(*bearings: float) -> list[Branch]:
+        return [Branch(bearing, 1.0) for bearing in bearings]
+
+    assert distinct(of(-3.0, 0.0, 0.3, 1.6)) == pytest.approx((-3.0, 0.15, 1.6))
+    assert distinct(of(-3.1, 0.0, 3.1)) == pytest.approx((-math.pi, 0.0))
+
+
+def test_a_squeeze_beside_a_wide_branch_is_none() -> None:
+    branches = [Branch(-2.0, 1.0), Branch(0.0, 1.1), Branch(1.2, 0.45)]
+    assert distinct(branches) == (-2.0, 0.0)
+    assert distinct([*branches[:2], Branch(1.2, 0.9)]) == (-2.0, 0.0, 1.2)
+    assert distinct([*branches[:2], Branch(1.5, 0.45)]) == (-2.0, 0.0, 1.5)
