@@ -143,6 +143,16 @@ class AtlasGraph:
         self.changed_nodes.add(node.id)
         return node
 
+    def remove_node(self, node_id: int) -> None:
+        """Take out a node without edges, and its links."""
+        for link_id in sorted(self._links_of.pop(node_id, set())):
+            link = self.links.pop(link_id)
+            self.changed_links.add(link_id)
+            for other in (link.from_node, link.to_node):
+                self._links_of.get(other, set()).discard(link_id)
+        del self.nodes[node_id]
+        self.changed_nodes.add(node_id)
+
     def connect(
         self,
         ends: tuple[EdgeEnd, EdgeEnd],

@@ -104,6 +104,16 @@ class Mapper:
         hypotheses = self._hypotheses(start, edge_map, sight)
         if not self._identified(start, edge_map, sight, hypotheses, event):
             self._enter_new_node(start, edge_map, sight, hypotheses, event)
+        self._drop_stranded()
+
+    def _drop_stranded(self) -> None:
+        """Forget nodes whose last edge was taken out: if they exist, an edge will lead there again."""
+        for node_id in sorted(self.state.loosened & self.state.graph.nodes.keys()):
+            edges = {branch.edge for branch in self.state.graph.nodes[node_id].branches.values()}
+            if edges == {None} and (self.here is None or self.here.node != node_id):
+                self.state.graph.remove_node(node_id)
+                self.questions.forget(node_id)
+        self.state.loosened.clear()
 
     def be_told(self, node: int) -> bool:
         """Take someone's word that this node is another one that it was suspected to be; False if that contradicts."""

@@ -59,6 +59,10 @@ class Questions:
         """Open a question."""
         self.open.append(question)
 
+    def forget(self, node: int) -> None:
+        """Drop the questions about a node that is no more."""
+        self.open = [q for q in self.open if node not in {q.node, q.other}]
+
     def review(self, state: AtlasState, touched: set[int]) -> None:
         """Weigh new edges of the touched nodes for every question they bear on; close what stands alone."""
         asked = [q for q in self.open if q.node in touched or q.other in touched]

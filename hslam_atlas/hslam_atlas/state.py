@@ -29,5 +29,7 @@ class AtlasState:
     look_alikes: LookAlikes
     merged: list[Merged] = field(default_factory=list)
     """Merges done in this step, in order."""
+    loosened: set[int] = field(default_factory=set)
+    """Nodes that have lost an edge in this step."""
     closures: int = 0
     """Loops closed so far."""

@@ -51,6 +51,8 @@ def tie(state: AtlasState, drive: Drive) -> Outcome:
     if (drive.start.node, drive.start.branch) == (drive.stop.node, drive.stop.branch):
         _fruitless(state, drive)
         return Outcome.RETURNED
+    if _driven_between(state, drive):
+        return Outcome.RETRACED
     back = reverse(drive.edge_map)
     obsolete: list[int] = []
     for near, far, edge_map in ((drive.stop, drive.start, back), (drive.start, drive.stop, drive.edge_map)):
@@ -73,6 +75,27 @@ def tie(state: AtlasState, drive: Drive) -> Outcome:
     return Outcome.CONNECTED
 
 
+def _driven_between(state: AtlasState, drive: Drive) -> bool:
+    """Recognise an edge between the same two nodes, driven from or into a branch that was invented beside it."""
+    start, stop = state.graph.nodes[drive.start.node], state.graph.nodes[drive.stop.node]
+    own = start.branches[drive.start.branch], stop.branches[drive.stop.branch]
+    for branch in start.ordered():
+        edge = None if branch.edge is None else state.graph.edges[branch.edge]
+        if edge is None or edge.id in {own[0].edge, own[1].edge}:
+            continue
+        end = edge.end_at(start.id, branch.key)
+        if edge.ends[1 - end].node != stop.id:
+            continue
+        match = compare(state, edge, end, drive.edge_map, drive.start.frame_in_node)
+        if match is not None and match.agrees:
+            for invented in own:
+                invented.given_up |= invented.edge is None
+            state.graph.changed_nodes.update((start.id, stop.id))
+            update(state, edge, end, drive.edge_map, match)
+            return True
+    return False
+
+
 def connect(state: AtlasState, drive: Drive) -> Edge:
     """Make the drive a new edge with its map; both branches must be free."""
     edge_map = drive.edge_map
@@ -90,6 +113,7 @@ def connect(state: AtlasState, drive: Drive) -> Edge:
 def take_out(state: AtlasState, edge_id: int) -> None:
     """Remove an edge found to pass a node; what it told of its ends' relative pose stays as a link."""
     edge = state.graph.remove_edge(edge_id)
+    state.loosened.update(end.node for end in edge.ends)
     state.maps.drop(edge_id)
     if edge.ends[0].node != edge.ends[1].node:
         state.graph.add_link(edge.ends[0].node, edge.ends[1].node, edge.across(0), edge.path_length_m)

@@ -61,6 +61,7 @@ class EdgeWalker:
         self.path_length_m = 0.0
         self.true_node: dict[int, int] = {}
         """True node of every arrival, by event sequence."""
+        self.losses = 0
         self._sequence = 0
         self._clock = 0
         self._odom_heading = 0.0
@@ -94,6 +95,7 @@ class EdgeWalker:
         if real is None:  # an invented branch: the nearest real one, or lost
             if self.rng.random() < 0.5:
                 lost = self._event(EventKind.LOST)
+                self.losses += 1
                 return [*steps, Step(lost.stamp_ns, (lost,))]
             towards = self._bearings[branch]
             real = min(range(len(ways)), key=lambda i: abs(wrap(ways[i][1] - towards)))

@@ -1,0 +1,90 @@
+"""What goes wrong on the way must not stay in the atlas: nodes passed unnoticed, branches invented, ways lost."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from corridor_floor import CorridorFloor, furnish, wean_hall
+from edge_walker import EdgeWalker, WalkNoise
+from test_atlas_exploration import Explored
+
+from hslam_atlas.server import AtlasServer
+from hslam_types.gvg_events import EventKind
+
+CALM = WalkNoise(degree_misread=0.0, node_missed=0.0)
+
+
+def explore_after_mishaps(floor: CorridorFloor, start: int, seed: int, mishap: WalkNoise, goals: int) -> Explored:
+    """Explore with ``mishap`` for the first ``goals`` goals and calmly afterwards."""
+    walker = EdgeWalker(floor, start, np.random.default_rng(seed), mishap)
+    server = AtlasServer()
+    goal = server.step(0, (), (), ()).goal
+    for k in range(70):
+        walker.noise = mishap if k < goals else CALM
+        assert goal is not None
+        outputs = [server.step(s.stamp_ns, s.events, s.edge_maps, s.links) for s in walker.follow(goal)]
+        goal = outputs[-1].goal
+        if outputs[-1].finished:
+            return Explored(walker, server, finished=True)
+    return Explored(walker, server, finished=False)
+
+
+def floor(seed: int) -> CorridorFloor:
+    return furnish(wean_hall(), np.random.default_rng(2000 + seed))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_an_edge_that_passed_nodes_unnoticed_is_taken_apart(seed: int) -> None:
+    """The first drives pass every node they can; when later ones stop there, the long edges go."""
+    end = explore_after_mishaps(floor(seed), 7, seed, replace(CALM, node_missed=0.7), 4)
+    assert end.finished
+    assert end.false_closures() == 0
+    known = {min(places) for places in end.true_nodes().values()}
+    longest = max(edge.path_length_m for edge in end.server.state.graph.edges.values())
+    if known == set(end.walker.floor.nodes):
+        assert end.is_isomorphic()
+        assert longest < 65.0
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_invented_branches_are_found_out(seed: int) -> None:
+    """Every T is first read as a four-way; half the drives into what is not there get lost."""
+    end = explore_after_mishaps(floor(seed), 0, seed, replace(CALM, degree_misread=1.0), 3)
+    assert end.finished
+    assert end.false_closures() == 0
+    assert end.is_isomorphic()
+    assert all(
+        branch.edge is not None or branch.given_up
+        for node in end.server.state.graph.nodes.values()
+        for branch in node.branches.values()
+    )
+
+
+def test_a_robot_that_was_lost_is_found_again() -> None:
+    """After a loss it arrives somewhere without a map: a new node, until a drive shows which one it is."""
+    seeds = range(6)
+    ends = [explore_after_mishaps(floor(9), 0, seed, replace(CALM, degree_misread=1.0), 6) for seed in seeds]
+    lost = 0
+    for end in ends:
+        assert end.false_closures() == 0
+        arrivals = sum(len(node.visits) for node in end.server.state.graph.nodes.values())
+        lost += int(arrivals > 0 and end.walker.losses > 0)
+        assert end.is_isomorphic()
+    assert lost > 0
+
+
+def test_losing_the_way_asks_for_the_gvg_again() -> None:
+    walker = EdgeWalker(floor(1), 0, np.random.default_rng(1), CALM)
+    server = AtlasServer()
+    goal = server.step(0, (), (), ()).goal
+    assert goal is not None
+    for step in walker.follow(goal):
+        goal = server.step(step.stamp_ns, step.events, (), ()).goal
+    assert goal is not None
+    departure = walker.follow(goal)[0]
+    server.step(departure.stamp_ns, departure.events, (), departure.links)
+    lost = replace(departure.events[0], kind=EventKind.LOST, sequence=99, node=None)
+    again = server.step(departure.stamp_ns + 1, (lost,), (), ()).goal
+    assert again is not None
+    assert again.kind.name == "ACCESS"
+    assert server.state.graph.nodes[0].branches[goal.branch].attempts == 1
