@@ -4,16 +4,15 @@ import math
 from dataclasses import dataclass
 
 from hslam_atlas.chain import chained
-from hslam_atlas.errors import AtlasError
 from hslam_atlas.graph import EdgeEnd, Node
 from hslam_atlas.hypothesis import Hypothesis, Sight, align_branches, learn_look_alikes, weigh
-from hslam_atlas.questions import Question, Questions
+from hslam_atlas.questions import Questions
 from hslam_atlas.retrace import compare, convinces, far_end, far_sight_in_node, similar_length, update
+from hslam_atlas.sighting import branch_towards, open_question, sight_of, view_of
 from hslam_atlas.state import AtlasState
 from hslam_atlas.tie import Drive, Outcome, connect, link, take_out, tie
 from hslam_atlas.uncertain_pose import UncertainPose
 from hslam_types.edge_map import EdgeMap, FrameLink
-from hslam_types.edge_map_transform import reverse
 from hslam_types.gvg_events import GvgEvent, NodeView
 from hslam_types.se2 import SE2, wrap
 
@@ -59,14 +58,14 @@ class Mapper:
 
     def depart(self, event: GvgEvent, frame_link: FrameLink | None) -> None:
         """Note where a traversal starts: by the link from the last edge-map if there is one, else by the view."""
-        view = _view(event)
+        view = view_of(event)
         here = self.here or self._arrive_unknown(event)
         node = self.state.graph.nodes[here.node]
         bearing = view.bearings_in_odom[event.branch]
         if frame_link is not None and here.edge_in_node is not None and frame_link.traversal == here.traversal:
             measured = UncertainPose(frame_link.departure_in_edge, frame_link.covariance)
             departure = here.edge_in_node @ measured
-            key = _branch_towards(node, departure.pose.theta, here.keys, event.branch, view)
+            key = branch_towards(node, departure.pose.theta, here.keys, event.branch, view)
         else:
             key = here.keys[event.branch]
             heading = node.branches[key].bearing
@@ -98,7 +97,7 @@ class Mapper:
             SE2(0.0, 0.0, -edge_map.departure_heading), 0.0, self.state.config.heading_floor
         )
         start = EdgeEnd(underway.node, underway.branch, underway.departure_in_node @ turned)
-        sight = _sight(event, edge_map)
+        sight = sight_of(event, edge_map)
         if self._followed_known_edge(start, edge_map, sight, event):
             return
         hypotheses = self._hypotheses(start, edge_map, sight)
@@ -206,7 +205,7 @@ class Mapper:
             link(state, drive)
         for h in hypotheses:
             if h.evidence > state.config.keep_evidence:
-                self.questions.add(_question(node.id, h))
+                self.questions.add(open_question(node.id, h))
         self._stand(node.id, sight, UncertainPose.exact(SE2()), edge_map, event, new=True)
         self._review(start.node, node.id)
 
@@ -271,7 +270,7 @@ class Mapper:
 
     def _arrive_unknown(self, event: GvgEvent) -> Here:
         """Stand at a node reached without an edge-map: new, for all that is known, at best linked by odometry."""
-        view = _view(event)
+        view = view_of(event)
         node = self.state.graph.add_node(view.kind, view.clearance_m, list(view.bearings_in_odom))
         node.visits.append((event.sequence, event.stamp_ns))
         self.here = here = Here(node.id, tuple(range(view.degree)), -1, None)
@@ -303,37 +302,4 @@ class Mapper:
                 state.config,
             )
             if h is not None and h.evidence > state.config.keep_evidence:
-                self.questions.add(_question(node.id, h))
-
-
-def _question(node: int, hypothesis: Hypothesis) -> Question:
-    """Return the question a hypothesis about a node leaves open."""
-    h = hypothesis
-    maps = () if h.map_evidence is None else (h.map_evidence,)
-    return Question(node, h.node, h.sight_in_node, h.place_evidence, maps)
-
-
-def _sight(event: GvgEvent, edge_map: EdgeMap) -> Sight:
-    """Express an arrival's node view in the frame at the terminal, x back to the origin."""
-    view = _view(event)
-    along = max(event.branch, 0)
-    reference = view.bearings_in_odom[along]
-    bearings = tuple(
-        wrap(edge_map.arrival_heading - math.pi + bearing - reference) for bearing in view.bearings_in_odom
-    )
-    return Sight(view.kind, view.clearance_m, bearings, event.branch, reverse(edge_map))
-
-
-def _view(event: GvgEvent) -> NodeView:
-    """Return the node a departure or arrival shows; raises AtlasError where there is none."""
-    if event.node is None:
-        raise AtlasError(f"event {event.sequence} ({event.kind.name}) shows no node")
-    return event.node
-
-
-def _branch_towards(node: Node, heading: float, keys: tuple[int, ...], index: int, view: NodeView) -> int:
-    """Return the branch departed by: the announced index if it fits the measured heading, else the nearest."""
-    announced = keys[index] if view.degree == len(keys) else None
-    if announced is not None and abs(wrap(node.branches[announced].bearing - heading)) < math.radians(50.0):
-        return announced
-    return min(node.branches.values(), key=lambda branch: (abs(wrap(branch.bearing - heading)), branch.key)).key
+                self.questions.add(open_question(node.id, h))

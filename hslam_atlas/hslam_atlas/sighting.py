@@ -1,0 +1,45 @@
+"""Read an event: the node it shows, in the frame the atlas compares it in."""
+
+import math
+
+from hslam_atlas.errors import AtlasError
+from hslam_atlas.graph import Node
+from hslam_atlas.hypothesis import Hypothesis, Sight
+from hslam_atlas.questions import Question
+from hslam_types.edge_map import EdgeMap
+from hslam_types.edge_map_transform import reverse
+from hslam_types.gvg_events import GvgEvent, NodeView
+from hslam_types.se2 import wrap
+
+
+def open_question(node: int, hypothesis: Hypothesis) -> Question:
+    """Return the question a hypothesis about a node leaves open."""
+    h = hypothesis
+    maps = () if h.map_evidence is None else (h.map_evidence,)
+    return Question(node, h.node, h.sight_in_node, h.place_evidence, maps)
+
+
+def sight_of(event: GvgEvent, edge_map: EdgeMap) -> Sight:
+    """Express an arrival's node view in the frame at the terminal, x back to the origin."""
+    view = view_of(event)
+    along = max(event.branch, 0)
+    reference = view.bearings_in_odom[along]
+    bearings = tuple(
+        wrap(edge_map.arrival_heading - math.pi + bearing - reference) for bearing in view.bearings_in_odom
+    )
+    return Sight(view.kind, view.clearance_m, bearings, event.branch, reverse(edge_map))
+
+
+def view_of(event: GvgEvent) -> NodeView:
+    """Return the node a departure or arrival shows; raises AtlasError where there is none."""
+    if event.node is None:
+        raise AtlasError(f"event {event.sequence} ({event.kind.name}) shows no node")
+    return event.node
+
+
+def branch_towards(node: Node, heading: float, keys: tuple[int, ...], index: int, view: NodeView) -> int:
+    """Return the branch departed by: the announced index if it fits the measured heading, else the nearest."""
+    announced = keys[index] if view.degree == len(keys) else None
+    if announced is not None and abs(wrap(node.branches[announced].bearing - heading)) < math.radians(50.0):
+        return announced
+    return min(node.branches.values(), key=lambda branch: (abs(wrap(branch.bearing - heading)), branch.key)).key
