@@ -11,7 +11,7 @@ from pathlib import Path
 
 from hslam_bringup.fleet import executable
 
-PATIENCE_S = 120.0
+PATIENCE_S = 600.0
 
 
 def hslam(*arguments: str) -> subprocess.Popen[str]:
