@@ -4,7 +4,7 @@ import math
 from itertools import pairwise
 
 import numpy as np
-from geometry_msgs.msg import Point, PoseWithCovarianceStamped, TransformStamped
+from geometry_msgs.msg import Point, PoseWithCovarianceStamped
 from std_msgs.msg import ColorRGBA, Header
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
@@ -12,6 +12,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 from hslam_ekf.landmark_filter import LandmarkFilter
 from hslam_ekf.motion_model import ROBOT
 from hslam_ros.conversions import edge_frame, header, yaw_to_quaternion
+from hslam_ros.transforms import transform_to_msg
 from hslam_types.se2 import SE2, Array
 
 _PLANAR = (0, 1, 5)
@@ -33,14 +34,9 @@ def pose_to_msg(stamp_ns: int, traversal: int, base_in_edge: SE2, covariance: Ar
     return msg
 
 
-def transform_to_msg(stamp_ns: int, traversal: int, base_in_edge: SE2, base_in_odom: SE2) -> TFMessage:
+def odom_in_edge_to_msg(stamp_ns: int, traversal: int, base_in_edge: SE2, base_in_odom: SE2) -> TFMessage:
     """Return the transform edge -> odom that puts base_link where the filter has it."""
-    odom_in_edge = base_in_edge @ base_in_odom.inverse()
-    msg = TransformStamped(header=header(stamp_ns, edge_frame(traversal)), child_frame_id="odom")
-    msg.transform.translation.x = odom_in_edge.x
-    msg.transform.translation.y = odom_in_edge.y
-    msg.transform.rotation = yaw_to_quaternion(odom_in_edge.theta)
-    return TFMessage(transforms=[msg])
+    return transform_to_msg(stamp_ns, edge_frame(traversal), "odom", base_in_edge @ base_in_odom.inverse())
 
 
 def map_to_msg(stamp_ns: int, traversal: int, ekf: LandmarkFilter, ellipse_scale: float) -> MarkerArray:

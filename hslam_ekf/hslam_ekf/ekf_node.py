@@ -129,7 +129,7 @@ class EkfNode(Node):
             return
         at, where = odom.stamp_ns, out.base_in_edge
         self._pose.publish(ekf_messages.pose_to_msg(at, out.traversal, where, out.covariance))
-        self._tf.publish(ekf_messages.transform_to_msg(at, out.traversal, where, odom.base_in_odom))
+        self._tf.publish(ekf_messages.odom_in_edge_to_msg(at, out.traversal, where, odom.base_in_odom))
 
     def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         self._server = EkfServer(self._ekf_config)

@@ -1,25 +1,14 @@
-"""What the simulated base says beyond the readings that `hslam_ros` converts: TF, battery, diagnostics, truth."""
+"""What the simulated base says beyond what `hslam_ros` converts: battery, diagnostics, truth."""
 
 import math
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from geometry_msgs.msg import TransformStamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import BatteryState
-from tf2_msgs.msg import TFMessage
 
-from hslam_ros.conversions import header, odometry_to_msg, yaw_to_quaternion
+from hslam_ros.conversions import header, odometry_to_msg
 from hslam_sim.simulation import Battery, SimStep
 from hslam_types.sensing import OdometrySample
-
-
-def transform_to_msg(odom: OdometrySample) -> TFMessage:
-    """Return the transform odom -> base_link."""
-    msg = TransformStamped(header=header(odom.stamp_ns, "odom"), child_frame_id="base_link")
-    msg.transform.translation.x = odom.base_in_odom.x
-    msg.transform.translation.y = odom.base_in_odom.y
-    msg.transform.rotation = yaw_to_quaternion(odom.base_in_odom.theta)
-    return TFMessage(transforms=[msg])
 
 
 def truth_to_msg(step: SimStep) -> Odometry:

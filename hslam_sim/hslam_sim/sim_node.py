@@ -24,6 +24,7 @@ from hslam_ros.parameters import declare
 from hslam_ros.qos import CYCLE, LATCHED, SENSOR
 from hslam_ros.spin import run
 from hslam_ros.stamps import NS_PER_S, stamp_from_msg, stamp_to_msg
+from hslam_ros.transforms import transform_to_msg
 from hslam_sim import sim_messages
 from hslam_sim.base_configuration import BaseConfiguration
 from hslam_sim.battery import BatteryConfiguration
@@ -168,7 +169,7 @@ class SimNode(Node):
         self._status.publish(NodeStatus(header=about, node=self.get_name(), outputs=self._looks))
         self._clock_topic.publish(ClockMsg(clock=stamp_to_msg(step.stamp_ns)))
         self._truth.publish(sim_messages.truth_to_msg(step))
-        self._tf.publish(sim_messages.transform_to_msg(step.odom))
+        self._tf.publish(transform_to_msg(step.stamp_ns, "odom", "base_link", step.odom.base_in_odom))
         if before is None or step.bumped != before.bumped:
             self._bumper.publish(Bool(data=step.bumped))
         if before is None or step.stamp_ns // NS_PER_S != before.stamp_ns // NS_PER_S:

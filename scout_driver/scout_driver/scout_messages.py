@@ -1,30 +1,18 @@
-"""What the Scout says beyond the readings that `hslam_ros` converts: TF, battery, diagnostics."""
+"""What the Scout says beyond what `hslam_ros` converts: battery, diagnostics."""
 
 import math
 from collections.abc import Mapping
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from geometry_msgs.msg import TransformStamped
 from sensor_msgs.msg import BatteryState
-from tf2_msgs.msg import TFMessage
 
-from hslam_ros.conversions import header, yaw_to_quaternion
-from hslam_types.sensing import OdometrySample
+from hslam_ros.conversions import header
 from scout_driver.driver import ScoutDriver
 from scout_driver.motion_guard import Hold
 from scout_driver.protocol.replies import State
 from scout_driver.units import MOTOR_DIVIDER, volts
 
 BATTERY_WORDS = ("low", "medium", "high", "unknown")
-
-
-def transform_to_msg(odom: OdometrySample) -> TFMessage:
-    """Return the transform odom -> base_link."""
-    msg = TransformStamped(header=header(odom.stamp_ns, "odom"), child_frame_id="base_link")
-    msg.transform.translation.x = odom.base_in_odom.x
-    msg.transform.translation.y = odom.base_in_odom.y
-    msg.transform.rotation = yaw_to_quaternion(odom.base_in_odom.theta)
-    return TFMessage(transforms=[msg])
 
 
 def battery_to_msg(stamp_ns: int, state: State) -> BatteryState:

@@ -26,6 +26,7 @@ from hslam_ros.parameters import declare
 from hslam_ros.qos import CYCLE, LATCHED
 from hslam_ros.spin import run
 from hslam_ros.stamps import stamp_from_msg
+from hslam_ros.transforms import transform_to_msg
 from hslam_types.sensing import SonarPing
 from scout_driver import scout_messages
 from scout_driver.clock import BoardTime, WallClock
@@ -154,7 +155,7 @@ class ScoutNode(LifecycleNode):
         sweep = self._stamps.sweep(reading, self._pings)
         self._pings = []
         odom = self._stamps.odometry(reading)
-        self._tf.publish(scout_messages.transform_to_msg(odom))
+        self._tf.publish(transform_to_msg(odom.stamp_ns, "odom", "base_link", odom.base_in_odom))
         pressed = bool(reading.state.bumper & self._scout.bumper_mask)
         if before is None or pressed != bool(before.state.bumper & self._scout.bumper_mask):
             self._bumper.publish(Bool(data=pressed))
