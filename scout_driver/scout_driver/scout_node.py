@@ -115,7 +115,9 @@ class ScoutNode(LifecycleNode):
     def _on_cycle(self) -> None:
         """Exchange by the timer; in lock-step only until the first reading, from then on commands do."""
         driver = self._driver
-        if driver is None or (self._config.lockstep and self._last is not None):
+        if driver is None or not self._timers:  # a tick that was due when deactivation took the timers away
+            return
+        if self._config.lockstep and self._last is not None:
             return
         if not self._config.lockstep:
             next_s = driver.sonar.next_cycle_s(driver.now(), self._scout.cycle_s)
