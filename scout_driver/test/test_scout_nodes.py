@@ -104,6 +104,7 @@ class Scene:
             if process.poll() is None:
                 process.kill()
                 process.wait()
+        self._executor.shutdown()
         self._node.destroy_node()
         self._context.try_shutdown()
 
