@@ -169,9 +169,8 @@ def test_deactivating_stops_the_base_and_activating_waits_for_a_new_command(scen
     assert scene.change_state(Transition.TRANSITION_DEACTIVATE)
     odom.clear()
     assert scene.change_state(Transition.TRANSITION_ACTIVATE)
-    scene.spin_until(lambda: len(odom) > 10 and odom[-1].twist.twist.linear.x == 0.0)
-    speeds = [msg.twist.twist.linear.x for msg in odom]
-    assert speeds == sorted(speeds, reverse=True), "the wheels came to rest and stayed there"
+    scene.spin_until(lambda: len(odom) > 10)
+    assert {msg.twist.twist.linear.x for msg in odom} == {0.0}
     scene.spin_until(lambda: odom[-1].twist.twist.linear.x > 0.15, lambda: scene.command(0.2))
 
 
