@@ -9,7 +9,7 @@ setup(
     package_data={"hslam_ros": ["py.typed"]},
     data_files=[
         ("share/ament_index/resource_index/packages", ["resource/hslam_ros"]),
-        ("share/hslam_ros", ["package.xml"]),
+        ("share/hslam_ros", ["package.xml", "config/fast_dds.xml"]),
     ],
     install_requires=["setuptools"],
     zip_safe=False,

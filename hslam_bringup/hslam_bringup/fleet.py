@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import yaml
-from ament_index_python.packages import PackageNotFoundError, get_package_prefix
+from ament_index_python.packages import PackageNotFoundError, get_package_prefix, get_package_share_directory
 
 from hslam_bringup.errors import NodeDiedError, RunError
 from hslam_bringup.isolation import PrivateDomain
@@ -20,6 +20,14 @@ _PR_SET_PDEATHSIG = 1
 
 _STOP_PATIENCE_S = 20.0
 """How long a node may take to close its files after SIGINT before it is killed."""
+
+_FOR_NODES = {
+    # One thread for linear algebra: more are slower on small matrices, and change the order of sums.
+    "OPENBLAS_NUM_THREADS": "1",
+    "OMP_NUM_THREADS": "1",
+    "FASTRTPS_DEFAULT_PROFILES_FILE": f"{get_package_share_directory('hslam_ros')}/fast_dds.xml",
+}
+"""Environment of every node, where the user has not chosen otherwise."""
 
 
 @dataclass(frozen=True)
@@ -40,10 +48,7 @@ class Fleet:
         """``folder`` gets a log and a parameter file for every node; all of them speak in ``domain``."""
         self._folder = folder
         self._domain = domain
-        # One thread for linear algebra: more are slower on small matrices, and change the order of sums.
-        self._environment = (
-            dict(os.environ) | domain.environment | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
-        )
+        self._environment = _FOR_NODES | dict(os.environ) | domain.environment
         self._running: dict[str, subprocess.Popen[bytes]] = {}
         self._peak_rss_mb: dict[str, float] = {}
         folder.mkdir(parents=True, exist_ok=True)
