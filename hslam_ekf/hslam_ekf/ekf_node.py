@@ -35,7 +35,11 @@ class EkfNodeConfig(Configuration):
         "sim", "lock-step: node whose status counts the looks sent; empty: take them as they come"
     )
     event_source: str = parameter("gvg", "node whose events are heard and whose status counts them")
-    map_every_s: float = parameter(1.0, "time between two pictures of the live map", low=0.0, high=60.0, unit="s")
+    pose_every_s: float = parameter(
+        0.3, "time between two poses and transforms; an arrival or departure is told at once", low=0.0, high=60.0,
+        unit="s",
+    )  # fmt: skip
+    map_every_s: float = parameter(5.0, "time between two pictures of the live map", low=0.0, high=60.0, unit="s")
     ellipse_scale: float = parameter(10.0, "enlargement of the ellipses in the picture", low=1.0, high=1000.0)
 
 
@@ -51,7 +55,7 @@ class EkfNode(Node):
         hold_ns = None if self._config.lockstep else round(self._config.hold_back_s * NS_PER_S)
         self._order = StepOrder(promised=["landmarks", "events"], hold_ns=hold_ns)
         self._outputs = 0
-        self._next_map_ns = 0
+        self._next_pose_ns = self._next_map_ns = 0
         self._create_publishers()
         sensors, source = sensor_subscription(self._config.lockstep), self._config.event_source
         self.create_subscription(Odometry, "odom", self._on_odometry, sensors)
@@ -128,6 +132,9 @@ class EkfNode(Node):
         if out.base_in_edge is None or out.covariance is None:
             return
         at, where = odom.stamp_ns, out.base_in_edge
+        if at < self._next_pose_ns and not (out.edge_maps or out.links):
+            return
+        self._next_pose_ns = at + round(self._config.pose_every_s * NS_PER_S)
         self._pose.publish(ekf_messages.pose_to_msg(at, out.traversal, where, out.covariance))
         self._tf.publish(ekf_messages.odom_in_edge_to_msg(at, out.traversal, where, odom.base_in_odom))
 

@@ -1,7 +1,5 @@
 """One traversal: a filter from departure to arrival, the edge-map it ends in, and the link to the next one."""
 
-import math
-
 import numpy as np
 
 from hslam_ekf.association import associate
@@ -13,7 +11,7 @@ from hslam_ekf.landmark_filter import LandmarkFilter
 from hslam_ekf.motion_model import ROBOT
 from hslam_ekf.range_bearing import observe, relative_point
 from hslam_types.edge_map import EdgeMap, FrameLink
-from hslam_types.gvg_events import GvgEvent, NodeView
+from hslam_types.gvg_events import GvgEvent
 from hslam_types.se2 import SE2, Array, compose_jacobians, wrap
 from hslam_types.sensing import LandmarkView
 
@@ -102,13 +100,6 @@ class Traversal:
             robot_at_arrival=base_in_edge,
             path_length_m=event.path_length_m,
         )
-
-    def _arrival_heading(self, node: NodeView, branch: int) -> float:
-        """Return the edge-frame direction of the branch come along; if unknown, of that nearest to the origin's."""
-        odom_in_edge = wrap(float(self.filter.mean[2]) - self._base_in_odom.theta)
-        if branch < 0:
-            branch = node.nearest_branch(math.pi - odom_in_edge)
-        return wrap(node.bearings_in_odom[branch] + odom_in_edge)
 
     def link(self, departure: GvgEvent, departure_in_base: SE2) -> FrameLink:
         """Tell where the frame that starts at ``departure`` sits in this edge's frame."""
