@@ -19,7 +19,7 @@ class RecordConfiguration(Configuration):
     require: str = parameter(
         "", "topics, by commas; once all are heard, ~/status says so to whoever waits with the first step"
     )
-    find_every_s: float = parameter(0.1, "wall time between two looks for new topics", low=0.01, high=60.0, unit="s")
+    find_every_s: float = parameter(0.25, "wall time between two looks for new topics", low=0.01, high=60.0, unit="s")
     flush_every_s: float = parameter(
         1.0, "wall time after which what was received is on disk", low=0.05, high=60.0, unit="s"
     )

@@ -30,7 +30,7 @@ CLOCK = "/clock"
 FOREVER_S = 2**31 - 1
 """Stamp (s) of the status that answers every cycle to come: a recorder is waited for once, not at every step."""
 
-_SWEEP_S = 0.005
+_SWEEP_S = 0.02
 """Time between two sweeps over the topics; the middleware holds thousands of messages meanwhile."""
 
 _TIMELESS_BYTES = 1 << 20
