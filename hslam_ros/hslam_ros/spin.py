@@ -1,5 +1,6 @@
 """How every executable of the suite starts, spins and ends."""
 
+import gc
 import signal
 import sys
 from collections.abc import Callable
@@ -46,6 +47,7 @@ def run(make_node: Callable[[], Node], done: Callable[[Node], bool] = lambda _: 
         node = make_node()
         executor = EventsExecutor()
         executor.add_node(node)
+        gc.freeze()  # what lives as long as the node is not searched for garbage again and again
         while not stop.asked and not done(node):
             executor.spin_once(timeout_sec=_POLL_S)
     except HslamError as error:
