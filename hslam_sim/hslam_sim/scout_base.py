@@ -32,6 +32,8 @@ class ScoutBase:
         """Whether a wall stopped the body during the last step."""
         self.travelled_m = 0.0
         """True distance driven."""
+        self.odometer_m = 0.0
+        """Distance the wheels have turned, as the encoders tell it."""
         self._right = self._left = 0.0
         self._wanted = Velocity()
         self._silence_s = math.inf
@@ -91,6 +93,7 @@ class ScoutBase:
             moved = _arc(self.true_pose, 0.0, angle * turn_scale)
         self.travelled_m += math.hypot(moved.x - self.true_pose.x, moved.y - self.true_pose.y)
         self.true_pose = moved
+        self.odometer_m += abs(length)
         self.encoder_pose = _arc(self.encoder_pose, length, angle)
 
     def _drive_wheels(self, dt: float) -> None:

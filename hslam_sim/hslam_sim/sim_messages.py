@@ -41,6 +41,7 @@ def diagnostics_to_msg(step: SimStep) -> DiagnosticArray:
         message="held by a wall" if step.bumped else "ok",
         hardware_id="simulated Scout",
         values=[
+            KeyValue(key="odometer_m", value=f"{step.odometer_m:.2f}"),
             KeyValue(key="contacts", value=str(step.collisions)),
             KeyValue(key="battery_v", value=f"{step.battery.voltage_v:.2f}"),
         ],

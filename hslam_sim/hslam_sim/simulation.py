@@ -59,7 +59,7 @@ class Battery(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class SimStep:
-    """Everything one step gives; only the fields up to ``battery`` are for the robot, the rest is for the score."""
+    """Everything one step gives; only the fields up to ``odometer_m`` are for the robot, the rest is for the score."""
 
     stamp_ns: int
     odom: OdometrySample
@@ -69,6 +69,8 @@ class SimStep:
     bumped: bool
     """Whether a wall stopped the body during the step."""
     battery: Battery
+    odometer_m: float
+    """Distance the wheels have turned so far, as the encoders tell it."""
     truth: SE2
     """True pose of base_link in map."""
     collisions: int
@@ -116,6 +118,7 @@ class Simulation:
             landmarks=self._landmarks.look(stamp_ns, base.true_pose) if look else None,
             bumped=base.touching,
             battery=Battery(reported_voltage(self.config.battery, charge), charge),
+            odometer_m=base.odometer_m,
             truth=base.true_pose,
             collisions=base.contacts,
         )

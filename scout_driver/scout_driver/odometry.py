@@ -30,6 +30,8 @@ class Odometry:
         self._suspects: list[tuple[SE2, float]] = []
         self._rebasing = False
         self.base_in_odom = SE2()
+        self.odometer_m = 0.0
+        """Distance driven since the driver started, forwards and backwards."""
         self.rejected = 0
         """States whose pose no motion explains (a damaged frame whose checksum held)."""
         self.jumps = 0
@@ -110,6 +112,7 @@ class Odometry:
         scale = self._config.distance_scale
         turned = wrap(after.theta - before.theta) * self._config.rotation_scale
         self.base_in_odom = self.base_in_odom @ SE2(step.x * scale, step.y * scale, turned)
+        self.odometer_m += math.hypot(step.x, step.y) * scale
 
     def _bridge(self, before: Velocity, after: Velocity, elapsed_s: float, last_raw: SE2, raw: SE2) -> None:
         """Step over new counters: distance from the mean measured speed, rotation from the heading."""
@@ -117,6 +120,7 @@ class Odometry:
         turned = wrap(raw.theta - last_raw.theta) * self._config.rotation_scale
         half = SE2(0.0, 0.0, 0.5 * turned)
         self.base_in_odom = self.base_in_odom @ half @ SE2(distance, 0.0, 0.0) @ half
+        self.odometer_m += abs(distance)
 
     def _set_anew(self, raw: SE2, stamp_s: float) -> bool:
         """Tell whether enough disbelieved states agree with each other to be the new counters."""

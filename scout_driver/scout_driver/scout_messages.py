@@ -74,6 +74,7 @@ def _base_status(driver: ScoutDriver, state: State | None) -> DiagnosticStatus:
         message = f"held: {hold.value}"
     odometry = driver.odometry
     figures = {
+        "odometer_m": f"{odometry.odometer_m:.2f}",
         "battery": BATTERY_WORDS[state.motor_status.battery],
         "bumper_bits": f"{state.bumper:06x}",
         "stops": driver.guard.stops,

@@ -4,7 +4,7 @@ import threading
 import time
 from collections.abc import Sequence
 
-from hslam_sim.lock_step import LockStep, Patience
+from hslam_ros.lock_step import LockStep, Patience
 
 
 class Answers:

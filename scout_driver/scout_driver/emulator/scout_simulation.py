@@ -81,6 +81,7 @@ class ScoutSimulation:
             landmarks=floor.look(stamp_ns) if look else None,
             bumped=bool(state.bumper),
             battery=Battery(voltage, floor.charge),
+            odometer_m=self.driver.odometry.odometer_m,
             truth=floor.true_pose,
             collisions=floor.collisions,
         )
