@@ -118,9 +118,11 @@ class AtlasNode(Node):
         if out.goal is None:
             self._answer(cycle.stamp_ns, out)
             return
-        # The cycle is answered once the goal is taken: in lock-step the next step must not begin before.
+        # The cycle is answered once the goal is taken: in lock-step the cycle that begins it must not come before.
         self._deciding = True
-        self._gvg.send(out.goal, lambda accepted: self._on_goal_answer(cycle.stamp_ns, out, accepted=accepted))
+        self._gvg.send(
+            out.goal, cycle.stamp_ns, lambda accepted: self._on_goal_answer(cycle.stamp_ns, out, accepted=accepted)
+        )
 
     def _on_goal_answer(self, stamp_ns: int, out: AtlasOutput, *, accepted: bool) -> None:
         if not accepted:

@@ -45,7 +45,7 @@ class InProcessRun:
     ) -> None:
         """Take the parts as they are; the first step sends no command."""
         self.simulation, self.gvg, self.ekf, self.atlas, self.record = simulation, gvg, ekf, atlas, record
-        self.finished = False
+        self.finished = self._explored = False
         self.path_length_m = 0.0
         self._command: Velocity | None = None
         self._last_xy: tuple[float, float] | None = None
@@ -70,9 +70,9 @@ class InProcessRun:
         mapped = self.ekf.step(odom, base.landmarks, driven.events)
         decided = self.atlas.step(stamp_ns, driven.events, mapped.edge_maps, mapped.links)
         if decided.goal is not None:
-            self.gvg.start(decided.goal)
+            self.gvg.start(decided.goal, stamp_ns)
         self._command = driven.command
-        self.finished = decided.finished
+        self.finished, self._explored = self._explored, decided.finished  # the cycle under way meanwhile is the last
 
         put("/cmd_vel", conversions.velocity_to_msg(driven.command, stamp_ns), stamp_ns)
         for event in driven.events:

@@ -1,23 +1,15 @@
 """A run as users of ROS have it: every node a process of its own, in lock-step over DDS."""
 
-import math
 import os
 import time
 from collections.abc import Callable, Mapping
-from typing import Any
-
-import rclpy
-from hslam_msgs.msg import Atlas, NodeStatus
-from nav_msgs.msg import Odometry
-from rclpy.node import Node
 
 from hslam_bringup.fleet import Fleet, NodeProcess
 from hslam_bringup.isolation import PrivateDomain, private_domain
+from hslam_bringup.onlooker import Onlooker
 from hslam_bringup.progress import Snapshot
 from hslam_bringup.run_options import RunOptions
 from hslam_bringup.run_report import RunEnd
-from hslam_ros.qos import LATCHED, SENSOR
-from hslam_ros.stamps import NS_PER_S, stamp_from_msg
 
 _LOOK_S = 0.25
 """How often the runner looks at the processes and redraws."""
@@ -57,13 +49,15 @@ def _levels(options: RunOptions, world: str) -> list[NodeProcess]:
 
 
 def _simulated_base(options: RunOptions) -> list[NodeProcess]:
-    return [NodeProcess("sim", "hslam_sim", "sim_node", _parameters(options, "sim", _world_parameters(options)))]
+    sim = _world_parameters(options) | {"lockstep_nodes": ["atlas", "recorder"]}
+    return [NodeProcess("sim", "hslam_sim", "sim_node", _parameters(options, "sim", sim))]
 
 
 def _scout_behind_its_line(options: RunOptions) -> list[NodeProcess]:
     """Return the emulated base with the world behind it, and the driver at the other end of its serial line."""
     line = {"port": str((options.out / "scout.tty").absolute())}
-    emulator = _parameters(options, "scout_emulator", _world_parameters(options) | line)
+    awaited = {"lockstep_nodes": ["gvg", "ekf", "atlas", "recorder"]}
+    emulator = _parameters(options, "scout_emulator", _world_parameters(options) | line | awaited)
     return [
         NodeProcess("scout_emulator", "scout_driver", "scout_emulator", emulator),
         NodeProcess("scout", "scout_driver", "scout_node", _parameters(options, "scout", line)),
@@ -71,58 +65,11 @@ def _scout_behind_its_line(options: RunOptions) -> list[NodeProcess]:
 
 
 def _world_parameters(options: RunOptions) -> dict[str, object]:
-    awaited = ["gvg", "ekf", "atlas", "recorder"]
-    return {
-        "world": options.world,
-        "seed": options.seed,
-        "landmark_seed": options.seed,
-        "lockstep_nodes": awaited,
-    }
+    return {"world": options.world, "seed": options.seed, "landmark_seed": options.seed}
 
 
 def _parameters(options: RunOptions, node: str, own: Mapping[str, object]) -> dict[str, object]:
     return {"lockstep": True} | dict(own) | options.node_settings(node)
-
-
-class _Onlooker:
-    """Follows a run from outside, for the display alone: takes the newest of each topic when it looks.
-
-    No executor spins its subscriptions, so a message that nobody looks at costs the run nothing.
-    """
-
-    def __init__(self, context: rclpy.Context) -> None:
-        self._node = Node("hslam_onlooker", context=context, enable_rosout=False, start_parameter_services=False)
-        self._subscriptions = {
-            kind: self._node.create_subscription(kind, topic, lambda _: None, qos)
-            for kind, topic, qos in (
-                (NodeStatus, "atlas/status", SENSOR),
-                (Atlas, "atlas/atlas", LATCHED),
-                (Odometry, "odom", SENSOR),
-            )
-        }
-        self._newest: dict[type, Any] = {}
-        self._path_length_m = 0.0
-        self._last_xy: tuple[float, float] | None = None
-
-    def look(self) -> Snapshot | None:
-        """Return where the run stands, or None before it has begun."""
-        for kind, subscription in self._subscriptions.items():
-            with subscription.handle:
-                while (taken := subscription.handle.take_message(kind, False)) is not None:
-                    self._newest[kind] = taken[0]
-        if not {NodeStatus, Odometry} <= self._newest.keys():
-            return None
-        atlas = self._newest.get(Atlas, Atlas())
-        at = self._newest[Odometry].pose.pose.position
-        self._path_length_m += math.dist(self._last_xy or (at.x, at.y), (at.x, at.y))
-        self._last_xy = (at.x, at.y)
-        unexplored = sum(edge < 0 for node in atlas.nodes for edge in node.edges)
-        sim_time_s = stamp_from_msg(self._newest[NodeStatus].header.stamp) / NS_PER_S
-        return Snapshot(sim_time_s, len(atlas.nodes), len(atlas.edges), unexplored, self._path_length_m)
-
-    def close(self) -> None:
-        """Stop following."""
-        self._node.destroy_node()
 
 
 def _watch(
@@ -130,9 +77,7 @@ def _watch(
 ) -> bool:
     """Follow the run to its end; return whether that was the mission's, not the time limit."""
     os.environ.update(domain.environment)
-    context = rclpy.Context()
-    rclpy.init(context=context, domain_id=domain.number)
-    onlooker = _Onlooker(context)
+    onlooker = Onlooker(domain.number)
     try:
         while not fleet.ended(world):
             time.sleep(_LOOK_S)
@@ -144,4 +89,3 @@ def _watch(
         return True
     finally:
         onlooker.close()
-        context.try_shutdown()

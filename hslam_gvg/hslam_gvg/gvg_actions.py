@@ -9,6 +9,7 @@ from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.node import Node
 
 from hslam_gvg.server import GvgError, GvgOutput, GvgServer, GvgState
+from hslam_ros.stamps import stamp_from_msg
 from hslam_types.gvg_events import EventKind, GoalKind, GvgGoal
 
 _GOALS: dict[str, tuple[type, Callable[[Any], GvgGoal]]] = {
@@ -50,13 +51,13 @@ class GvgActions:
         if ended is not None:
             arrived = ended.kind is EventKind.ARRIVAL
             self._finish(success=arrived, message="arrived" if arrived else "lost", event=ended.sequence)
-        elif out.state is GvgState.IDLE:
+        elif out.state is GvgState.IDLE and self._server().next_goal is None:
             self._finish(success=True, message="there", event=0)
 
     def _on_request(self, to_goal: Callable[[Any], GvgGoal], request: Any) -> GoalResponse:
-        """Start the goal at once: its acceptance tells the sender that the next cycle will follow it."""
+        """Take the goal at once: its acceptance tells the sender in which cycle it will begin."""
         try:
-            self._server().start(to_goal(request))
+            self._server().start(to_goal(request), stamp_from_msg(request.decided) or None)
         except GvgError as error:
             self._node.get_logger().warning(f"goal refused: {error}")
             return GoalResponse.REJECT

@@ -114,16 +114,29 @@ class GvgServer:
         self._handled: list[tuple[float, float, float]] = []
         self._obstructions: list[tuple[float, float, float, float]] = []
         self._doubts: list[tuple[float, float]] = []
+        self.next_goal: GvgGoal | None = None
+        """Goal taken but not begun."""
+        self._decided_ns: int | None = None
         self._goal = (0.0, 0.0)
         self._blocked_ns = 0
 
-    def start(self, goal: GvgGoal) -> None:
-        """Take a goal; raises GvgError for a branch that the node stood at does not have."""
+    def start(self, goal: GvgGoal, decided_ns: int | None = None) -> None:
+        """Take a goal, which the next step begins; raises GvgError for a branch that the node stood at does not have.
+
+        ``decided_ns`` is the cycle whose events led to the goal, if it was one's: the goal is then begun in the second
+        cycle after, however early it comes. So whoever decides may work on a cycle while the next is driven, and the
+        run is the same every time.
+        """
         if goal.kind == GoalKind.TRACE:
             if self.node is None:
                 raise GvgError("cannot trace an edge: the robot is at no node (give the goal 'access' first)")
             if not 0 <= goal.branch < self.node.degree:
                 raise GvgError(f"the node has no branch {goal.branch}, only 0 to {self.node.degree - 1}")
+        self.next_goal, self._decided_ns = goal, decided_ns
+
+    def _begin(self, goal: GvgGoal) -> None:
+        self.next_goal = None
+        if goal.kind == GoalKind.TRACE:
             self._branch = goal.branch
             self._enter(GvgState.TURNING)
         elif goal.kind == GoalKind.ACCESS:
@@ -138,6 +151,8 @@ class GvgServer:
 
     def step(self, odom: OdometrySample, sonar: SonarSweep) -> GvgOutput:
         """Take one cycle's inputs and return the command and what there is to announce."""
+        if self.next_goal is not None and (self._decided_ns is None or self._stamp_ns > self._decided_ns):
+            self._begin(self.next_goal)
         self._pose, self._stamp_ns, self._events = odom.base_in_odom, odom.stamp_ns, []
         poses = tuple(self._pose_at(ping.stamp_ns, odom) for ping in sonar.pings)
         self._before = odom

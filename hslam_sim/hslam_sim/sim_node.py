@@ -2,7 +2,6 @@
 
 import functools
 import time
-from dataclasses import dataclass
 
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import TwistStamped
@@ -13,6 +12,7 @@ from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.duration import Duration
 from rclpy.node import Node
+from rclpy.subscription import Subscription
 from rosgraph_msgs.msg import Clock as ClockMsg
 from sensor_msgs.msg import BatteryState
 from std_msgs.msg import Bool
@@ -20,6 +20,7 @@ from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
 from hslam_ros import conversions
+from hslam_ros.lock_step import LockStep, Patience
 from hslam_ros.parameters import declare
 from hslam_ros.qos import CYCLE, LATCHED, SENSOR
 from hslam_ros.spin import run
@@ -29,36 +30,16 @@ from hslam_sim import sim_messages
 from hslam_sim.base_configuration import BaseConfiguration
 from hslam_sim.battery import BatteryConfiguration
 from hslam_sim.landmark_sensor import LandmarkConfiguration
-from hslam_sim.lock_step import LockStep, Patience
+from hslam_sim.run_configuration import RunConfiguration
 from hslam_sim.simulation import ClockConfiguration, SimStep, Simulation, SimulationConfiguration
 from hslam_sim.sonar_configuration import SonarConfiguration
 from hslam_sim.worlds import load_world
-from hslam_types.config import Configuration, parameter
 from hslam_types.sensing import Velocity
 
 COMMAND = "cmd_vel"
 _LAST_WORDS_S = 1.0
-LOCKSTEP_NODES = ["gvg", "ekf", "atlas"]
-
-
-@dataclass(frozen=True)
-class RunConfiguration(Configuration):
-    """Which world, and how simulated time passes."""
-
-    world: str = parameter("small_world", "name of a shipped world, or path of a world's or map_server's YAML file")
-    seed: int = parameter(0, "seed of every chance of the run", low=0, high=2**31 - 1)
-    landmark_seed: int = parameter(0, "seed of the landmarks' places on the walls", low=0, high=2**31 - 1)
-    lockstep: bool = parameter(True, "wait for the answers to a step before the next; otherwise run freely")
-    real_time_factor: float = parameter(1.0, "simulated by wall time when running freely", low=0.01, high=100.0)
-    warn_after_s: float = parameter(
-        5.0, "lock-step: wall time until a missing answer is told", low=0.1, high=3600.0, unit="s"
-    )
-    fail_after_s: float = parameter(
-        10.0, "lock-step: wall time until a missing answer ends the run", low=0.1, high=3600.0, unit="s"
-    )
-    start_within_s: float = parameter(
-        60.0, "lock-step: wall time the nodes may take to answer the first step", low=0.1, high=3600.0, unit="s"
-    )
+LOCKSTEP_NODES = ["atlas"]
+SUSPECTS = ["gvg", "ekf"]
 
 
 class SimNode(Node):
@@ -70,23 +51,22 @@ class SimNode(Node):
         self._run = declare(self, RunConfiguration)
         world = load_world(self._run.world, landmark_seed=self._run.landmark_seed)
         self._simulation = Simulation(world, self._configuration(), self._run.seed)
-        self._finished = self._mission_complete = False
-        self._last: SimStep | None = None
+        self._finished = False
+        self._complete_ns: int | None = None
         self._command: Velocity | None = None
+        self._last: SimStep | None = None
+        self._next: SimStep | None = None
         self._create_publishers()
         self._finish_service = self.create_service(Trigger, "~/finish", self._on_finish)
-        about = ParameterDescriptor(description="nodes whose status must answer each lock-step", read_only=True)
-        waited = [name for name in self.declare_parameter("lockstep_nodes", LOCKSTEP_NODES, about).value if name]
         run = self._run
-        self._lock_step = LockStep(
-            [COMMAND, *waited] if run.lockstep else [], run.warn_after_s, run.fail_after_s, run.start_within_s
-        )
+        awaited = self._names("lockstep_nodes", LOCKSTEP_NODES, "nodes that answer a step before the one after next")
+        about = "nodes that those wait for themselves: asked when an answer is late, to name the one at fault"
+        self._suspects = self._names("lockstep_suspects", SUSPECTS, about)
+        prompt, trailing = ([COMMAND], awaited) if run.lockstep else ([], [])
+        self._lock_step = LockStep(prompt, run.warn_after_s, run.fail_after_s, run.start_within_s, trailing)
         profile = CYCLE if run.lockstep else SENSOR
         self._cmd_vel = self.create_subscription(TwistStamped, "cmd_vel", self._on_command, profile)
-        self._statuses = [
-            self.create_subscription(NodeStatus, f"{name}/status", functools.partial(self._on_status, name), CYCLE)
-            for name in waited
-        ]
+        self._statuses = [self._hear(name) for name in awaited]
         if not run.lockstep:
             period_s = self._simulation.config.clock.step_s / run.real_time_factor
             self._timer = self.create_timer(period_s, self._step, clock=Clock(clock_type=ClockType.STEADY_TIME))
@@ -96,7 +76,10 @@ class SimNode(Node):
         """Return whether the run has ended; raises LockStepError when a node has kept it waiting too long."""
         if not self._finished and self._lock_step.check(time.monotonic()) is Patience.WARN:
             missing = ", ".join(self._lock_step.missing())
-            self.get_logger().warning(f"waiting for {missing} at {self._simulation.stamp_ns / NS_PER_S:.2f} s")
+            self.get_logger().warning(f"waiting for {missing} at {self._now_s():.2f} s")
+            while self._suspects:
+                self._lock_step.await_also(self._suspects[0])
+                self._statuses.append(self._hear(self._suspects.pop(0)))
         return self._finished
 
     def close(self) -> None:
@@ -104,6 +87,13 @@ class SimNode(Node):
         if self._finished:
             for topic in (self._odom, self._sonar, self._landmarks, self._truth, self._clock_topic):
                 topic.wait_for_all_acked(Duration(seconds=_LAST_WORDS_S))
+
+    def _names(self, parameter: str, default: list[str], about: str) -> list[str]:
+        descriptor = ParameterDescriptor(description=about, read_only=True)
+        return [name for name in self.declare_parameter(parameter, default, descriptor).value if name]
+
+    def _hear(self, name: str) -> Subscription:
+        return self.create_subscription(NodeStatus, f"{name}/status", functools.partial(self._on_status, name), CYCLE)
 
     def _configuration(self) -> SimulationConfiguration:
         return SimulationConfiguration(
@@ -131,31 +121,42 @@ class SimNode(Node):
     def _on_command(self, msg: TwistStamped) -> None:
         self._command = conversions.velocity_from_msg(msg)
         if self._run.lockstep:
-            self._answer(COMMAND, stamp_from_msg(msg.header.stamp))
+            stamp_ns = stamp_from_msg(msg.header.stamp)
+            if self._last is not None and stamp_ns == self._last.stamp_ns and self._next is None:
+                self._next = self._advance()  # what comes of the command, while the others still think
+            self._answer(COMMAND, stamp_ns)
 
     def _on_status(self, name: str, msg: NodeStatus) -> None:
-        self._mission_complete |= msg.finished
+        stamp_ns = stamp_from_msg(msg.header.stamp)
+        if msg.finished and self._complete_ns is None:
+            self._complete_ns = stamp_ns
         if self._run.lockstep:
-            self._answer(name, stamp_from_msg(msg.header.stamp))
+            self._answer(name, stamp_ns)
         else:
             self._finished |= msg.finished
 
     def _answer(self, name: str, stamp_ns: int) -> None:
-        """Note an answer; with the last one take the next step, or end if the mission is complete."""
+        """Note an answer; with the last one publish the next step, or end after the one that followed the last."""
         self._lock_step.answer(name, stamp_ns)
         if self._finished or self._lock_step.missing():
             return
-        if self._mission_complete:
+        if self._complete_ns is not None and self._complete_ns < self._lock_step.stamp_ns:
             self._finished = True
         else:
             self._step()
 
     def _step(self) -> None:
-        command, self._command = self._command, None
-        step = self._simulation.step(command)
+        step, self._next = self._next or self._advance(), None
         self._lock_step.expect(step.stamp_ns, time.monotonic())
         self._publish(step)
         self._last = step
+
+    def _advance(self) -> SimStep:
+        command, self._command = self._command, None
+        return self._simulation.step(command)
+
+    def _now_s(self) -> float:
+        return self._last.stamp_ns / NS_PER_S if self._last is not None else 0.0
 
     def _publish(self, step: SimStep) -> None:
         """Publish a step: first what others wait for (odometry opens their cycle), then the rest while they work."""
@@ -179,7 +180,7 @@ class SimNode(Node):
     def _on_finish(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         self._finished = True
         response.success = True
-        response.message = f"ended at {self._simulation.stamp_ns / NS_PER_S:.2f} s of simulated time"
+        response.message = f"ended at {self._now_s():.2f} s of simulated time"
         return response
 
 

@@ -20,9 +20,9 @@ from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import Trigger
 
 from hslam_ros import conversions
+from hslam_ros.lock_step import LockStepError
 from hslam_ros.qos import CYCLE
 from hslam_ros.stamps import stamp_from_msg
-from hslam_sim.lock_step import LockStepError
 from hslam_sim.sim_node import SimNode
 from hslam_sim.simulation import Simulation
 from hslam_sim.worlds import load_world
@@ -103,9 +103,9 @@ def spin_until(nodes: list[Node], predicate: Callable[[], bool], timeout_s: floa
 
 
 def test_lock_step_gives_the_bits_of_the_simulation_in_process(start: Start) -> None:
-    """Sixty steps through the middleware are those of a plain loop, and the mission's end ends the node."""
+    """Steps through the middleware are those of a plain loop; the mission's end ends the node one step later."""
     sim = start(world="small_world", seed=3, landmark_seed=2)
-    suite = Suite(finish_ns=60 * 120_000_000)
+    suite = Suite(finish_ns=59 * 120_000_000)
     spin_until([sim, suite], sim.over)
     plain = Simulation(load_world("small_world", landmark_seed=2), seed=3)
     steps, answer = [], None
@@ -120,12 +120,12 @@ def test_lock_step_gives_the_bits_of_the_simulation_in_process(start: Start) -> 
 
 
 def test_a_silent_node_is_named_and_ends_the_run(start: Start) -> None:
-    """When ekf answers nothing, the error says ekf and nobody else."""
+    """When ekf is silent, and so atlas, which waits for it, the error says so, and says nothing of gvg."""
     sim = start(world="small_world", warn_after_s=0.1, fail_after_s=0.2, start_within_s=0.5)
-    suite = Suite(answering=("gvg", "atlas"))
-    with pytest.raises(LockStepError, match=r"no answer from ekf$"):
+    suite = Suite(answering=("gvg",))
+    with pytest.raises(LockStepError, match=r"no answer from atlas, ekf$"):
         spin_until([sim, suite], sim.over)
-    assert len(suite.odom) == 1
+    assert len(suite.odom) == 2, "others may trail by one step"
     suite.destroy_node()
 
 

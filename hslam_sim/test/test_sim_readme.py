@@ -7,7 +7,7 @@ import pytest
 from hslam_sim.base_configuration import BaseConfiguration
 from hslam_sim.battery import BatteryConfiguration
 from hslam_sim.landmark_sensor import LandmarkConfiguration
-from hslam_sim.sim_node import RunConfiguration
+from hslam_sim.run_configuration import RunConfiguration
 from hslam_sim.simulation import ClockConfiguration
 from hslam_sim.sonar_configuration import SonarConfiguration
 from hslam_types.config import Configuration
