@@ -3,10 +3,10 @@
 import heapq
 
 from hslam_atlas.graph import AtlasGraph
-from hslam_atlas.mapper import Here
 from hslam_atlas.merge import branch_partners
 from hslam_atlas.questions import Questions
 from hslam_atlas.state import AtlasState
+from hslam_atlas.whereabouts import Here
 
 _PLAUSIBLE = -3.0
 """Evidence (nats) from which an open question is worth a drive."""

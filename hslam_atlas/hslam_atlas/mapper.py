@@ -1,48 +1,23 @@
 """Build the graph from what happens: departures, arrivals, edge-maps, links."""
 
 import math
-from dataclasses import dataclass
 
 from hslam_atlas.chain import chained
 from hslam_atlas.graph import EdgeEnd, Node
-from hslam_atlas.hypothesis import Hypothesis, Sight, align_branches, learn_look_alikes, weigh
+from hslam_atlas.hypothesis import Hypothesis, Sight, learn_look_alikes, weigh
 from hslam_atlas.questions import Questions
 from hslam_atlas.retrace import compare, convinces, far_end, far_sight_in_node, similar_length, update
-from hslam_atlas.sighting import branch_towards, open_question, sight_of, view_of
+from hslam_atlas.sighting import branch_towards, observe, open_question, sight_of, view_of
 from hslam_atlas.state import AtlasState
 from hslam_atlas.tie import Drive, Outcome, connect, link, take_out, tie
 from hslam_atlas.uncertain_pose import UncertainPose
+from hslam_atlas.whereabouts import Here, Underway
 from hslam_types.edge_map import EdgeMap, FrameLink
 from hslam_types.gvg_events import GvgEvent, NodeView
-from hslam_types.se2 import SE2, wrap
+from hslam_types.se2 import SE2
 
 _LINK_PER_METRE = 0.15
 """Error of a pose by bare odometry, for each metre: the robot was lost on the way."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Here:
-    """The node the robot stands at and how the last sight of it fits the stored one."""
-
-    node: int
-    keys: tuple[int, ...]
-    """The node's branch key for each branch of the last view."""
-    traversal: int
-    """The drive that led here, -1 without a map."""
-    edge_in_node: UncertainPose | None
-    """Frame of that drive's edge-map in the node's frame."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Underway:
-    """The traversal under way."""
-
-    node: int
-    branch: int
-    sequence: int
-    departure_in_node: UncertainPose
-    odom_in_node: SE2
-    """The odom frame at departure, for the case that the robot gets lost."""
 
 
 class Mapper:
@@ -81,8 +56,7 @@ class Mapper:
         """Give up the traversal under way; where the robot is remains to be found out."""
         if self.underway is not None:
             branch = self.state.graph.nodes[self.underway.node].branches[self.underway.branch]
-            branch.attempts += 1
-            branch.given_up = branch.edge is None and branch.attempts >= self.state.config.attempts
+            branch.fail(self.state.config.attempts)
             self.state.graph.changed_nodes.add(self.underway.node)
             self._lost_from = self.underway
         self.underway = self.here = None
@@ -242,31 +216,11 @@ class Mapper:
     ) -> None:  # fmt: skip
         """Note where the robot is, and what the visit says of the node's branches."""
         node = self.state.graph.nodes[node_id]
-        keys = tuple(range(len(sight.bearings))) if new else self._observe(node, sight, sight_in_node)
+        keys = tuple(range(len(sight.bearings))) if new else observe(node, sight, sight_in_node.pose, self.state.config)
         node.visits.append((event.sequence, event.stamp_ns))
         self.state.graph.changed_nodes.add(node_id)
         edge_in_node = sight_in_node @ UncertainPose.exact(SE2(edge_map.terminal_x, 0.0, math.pi).inverse())
         self.here = Here(node_id, keys, edge_map.traversal, edge_in_node)
-
-    def _observe(self, node: Node, sight: Sight, sight_in_node: UncertainPose) -> tuple[int, ...]:
-        """Count which branches were seen and which not; add new ones; give up those that mostly are not there."""
-        keys: list[int] = []
-        for bearing, known in zip(
-            sight.bearings, align_branches(node, sight, sight_in_node.pose, self.state.config), strict=True
-        ):
-            in_node = wrap(bearing + sight_in_node.pose.theta)
-            if known is None:
-                branch = node.add_branch(in_node)
-                branch.missed = len(node.visits)
-            else:
-                branch = node.branches[known]
-                branch.seen += 1
-                branch.bearing = wrap(branch.bearing + wrap(in_node - branch.bearing) / branch.seen)
-            keys.append(branch.key)
-        for branch in node.branches.values():
-            branch.missed += int(branch.key not in keys)
-            branch.give_up_if_absent()
-        return tuple(keys)
 
     def _arrive_unknown(self, event: GvgEvent) -> Here:
         """Stand at a node reached without an edge-map: new, for all that is known, at best linked by odometry."""

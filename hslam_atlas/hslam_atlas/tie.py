@@ -141,9 +141,7 @@ def _same(state: AtlasState, edge: Edge, end: int, edge_map: EdgeMap, near: Edge
 
 def _fruitless(state: AtlasState, drive: Drive) -> None:
     """Count a drive that brought no edge against the branch it set out on; remember what it measured."""
-    branch = state.graph.nodes[drive.start.node].branches[drive.start.branch]
-    branch.attempts += 1
-    branch.given_up = branch.attempts >= state.config.attempts
+    state.graph.nodes[drive.start.node].branches[drive.start.branch].fail(state.config.attempts)
     state.graph.changed_nodes.add(drive.start.node)
     if drive.start.node != drive.stop.node:
         link(state, drive)
