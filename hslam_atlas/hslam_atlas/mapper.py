@@ -4,12 +4,12 @@ import math
 
 from hslam_atlas.chain import chained
 from hslam_atlas.graph import EdgeEnd, Node
-from hslam_atlas.hypothesis import Hypothesis, Sight, learn_look_alikes, weigh
+from hslam_atlas.hypothesis import Hypothesis, Sight, best_constellation, learn_look_alikes, weigh
 from hslam_atlas.questions import Questions
-from hslam_atlas.retrace import compare, convinces, far_end, far_sight_in_node, similar_length, update
+from hslam_atlas.retrace import compare, convinces, far_end, far_sight_in_node, update
 from hslam_atlas.sighting import branch_towards, observe, open_question, sight_of, view_of
 from hslam_atlas.state import AtlasState
-from hslam_atlas.tie import Drive, Outcome, connect, link, take_out, tie
+from hslam_atlas.tie import Drive, Outcome, connect, is_refuted, link, take_out, tie
 from hslam_atlas.uncertain_pose import UncertainPose
 from hslam_atlas.whereabouts import Here, Underway
 from hslam_types.edge_map import EdgeMap, FrameLink
@@ -72,7 +72,7 @@ class Mapper:
         )
         start = EdgeEnd(underway.node, underway.branch, underway.departure_in_node @ turned)
         sight = sight_of(event, edge_map)
-        if self._followed_known_edge(start, edge_map, sight, event):
+        if self._never_left(start, edge_map, sight, event) or self._followed_known_edge(start, edge_map, sight, event):
             return
         hypotheses = self._hypotheses(start, edge_map, sight)
         if not self._identified(start, edge_map, sight, hypotheses, event):
@@ -95,6 +95,19 @@ class Mapper:
         if question is None or not self.questions.settle(self.state, question):
             return self.here is not None and self.here.node == node
         self._follow_merges()
+        return True
+
+    def _never_left(self, start: EdgeEnd, edge_map: EdgeMap, sight: Sight, event: GvgEvent) -> bool:
+        """Recognise the node left from when the robot turned round within its free disc: no drive, no second node."""
+        state = self.state
+        node = state.graph.nodes[start.node]
+        went_m = max(edge_map.path_length_m, abs(edge_map.terminal_x))
+        if went_m > node.clearance_m or sight.kind is not node.kind:
+            return False
+        expected = start.frame_in_node @ far_end(edge_map)
+        _, sight_in_node = best_constellation(state.graph, state.maps, node, sight, expected, state.config)
+        node.branches[start.branch].fail(state.config.attempts)
+        self._stand(node.id, sight, sight_in_node, edge_map, event)
         return True
 
     def _followed_known_edge(self, start: EdgeEnd, edge_map: EdgeMap, sight: Sight, event: GvgEvent) -> bool:
@@ -167,12 +180,9 @@ class Mapper:
         stop = EdgeEnd(node.id, max(sight.come_along, 0), UncertainPose.exact(SE2()))
         drive = Drive(start, stop, edge_map)
         occupant = state.graph.nodes[start.node].branches[start.branch].edge
-        if occupant is not None:
-            known = state.graph.edges[occupant].path_length_m
-            shorter = edge_map.path_length_m < known
-            if shorter and not similar_length(known, edge_map.path_length_m, state.config):
-                take_out(state, occupant)
-                occupant = None
+        if occupant is not None and is_refuted(state, occupant, start, edge_map):
+            take_out(state, occupant)
+            occupant = None
         if occupant is None and sight.come_along >= 0:
             connect(state, drive)
         else:
