@@ -90,6 +90,16 @@ class EdgeWalker:
         """Return the direction of a branch seen (rad), as this visit took it."""
         return self._bearings[branch]
 
+    def true_edge(self) -> tuple[SE2, float]:
+        """Return the last traversal's edge frame in the floor, from where it left through where it arrived, and length.
+
+        The length (m) is the distance of the two.
+        """
+        assert self._leg is not None
+        left = self._leg.departure_in_world
+        dx, dy = self._centre[0] - left.x, self._centre[1] - left.y
+        return SE2(left.x, left.y, math.atan2(dy, dx)), math.hypot(dx, dy)
+
     def turn_round(self, branch: int, arrived_by: float, reach_m: float, length_m: float) -> list[Step]:
         """Leave by a branch, turn ``reach_m`` on and be back, announced along the branch nearest to ``arrived_by``."""
         assert self._view is not None
