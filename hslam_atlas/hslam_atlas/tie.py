@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from enum import Enum, auto
 
 from hslam_atlas.graph import Edge, EdgeEnd
-from hslam_atlas.merge import merge
+from hslam_atlas.merge import merge, take_out
 from hslam_atlas.retrace import compare, convinces, far_end, far_sight_in_node, on_one_way, similar_length, update
 from hslam_atlas.state import AtlasState
 from hslam_atlas.uncertain_pose import UncertainPose
@@ -137,15 +137,6 @@ def _yields(state: AtlasState, edge: Edge, end: int, edge_map: EdgeMap, frame_in
     if on_one_way(state, edge, end, edge_map, frame_in_node):
         return edge_map.path_length_m < edge.path_length_m
     return len(edge.traversals) == 1
-
-
-def take_out(state: AtlasState, edge_id: int) -> None:
-    """Remove an edge found to pass a node; what it told of its ends' relative pose stays as a link."""
-    edge = state.graph.remove_edge(edge_id)
-    state.loosened.update(end.node for end in edge.ends)
-    state.maps.drop(edge_id)
-    if edge.ends[0].node != edge.ends[1].node:
-        state.graph.add_link(edge.ends[0].node, edge.ends[1].node, edge.across(0), edge.path_length_m)
 
 
 def _same(state: AtlasState, edge: Edge, end: int, edge_map: EdgeMap, near: EdgeEnd, far: EdgeEnd) -> Outcome:
