@@ -5,15 +5,16 @@ import math
 from hslam_atlas.chain import chained
 from hslam_atlas.graph import EdgeEnd, Node
 from hslam_atlas.hypothesis import Hypothesis, Sight, best_constellation, learn_look_alikes, weigh
+from hslam_atlas.merge import take_out
 from hslam_atlas.questions import Questions
 from hslam_atlas.retrace import compare, convinces, far_end, far_sight_in_node, update
 from hslam_atlas.sighting import branch_towards, observe, open_question, sight_of, view_of
 from hslam_atlas.state import AtlasState
-from hslam_atlas.tie import Drive, Outcome, connect, is_refuted, link, take_out, tie
+from hslam_atlas.tie import Drive, Outcome, connect, is_refuted, link, tie
 from hslam_atlas.uncertain_pose import UncertainPose
 from hslam_atlas.whereabouts import Here, Underway
 from hslam_types.edge_map import EdgeMap, FrameLink
-from hslam_types.gvg_events import GvgEvent, NodeView
+from hslam_types.gvg_events import EventKind, GvgEvent, NodeView
 from hslam_types.se2 import SE2
 
 _LINK_PER_METRE = 0.15
@@ -206,6 +207,7 @@ class Mapper:
                 self.here = Here(
                     merged.kept,
                     tuple(merged.branches[key] for key in self.here.keys),
+                    None if self.here.come is None else merged.branches[self.here.come],
                     self.here.traversal,
                     None if frame is None else merged.gone_in_kept @ frame,
                 )
@@ -230,14 +232,16 @@ class Mapper:
         node.visits.append((event.sequence, event.stamp_ns))
         self.state.graph.changed_nodes.add(node_id)
         edge_in_node = sight_in_node @ UncertainPose.exact(SE2(edge_map.terminal_x, 0.0, math.pi).inverse())
-        self.here = Here(node_id, keys, edge_map.traversal, edge_in_node)
+        come = keys[sight.come_along] if sight.come_along >= 0 else None
+        self.here = Here(node_id, keys, come, edge_map.traversal, edge_in_node)
 
     def _arrive_unknown(self, event: GvgEvent) -> Here:
         """Stand at a node reached without an edge-map: new, for all that is known, at best linked by odometry."""
         view = view_of(event)
         node = self.state.graph.add_node(view.kind, view.clearance_m, list(view.bearings_in_odom))
         node.visits.append((event.sequence, event.stamp_ns))
-        self.here = here = Here(node.id, tuple(range(view.degree)), -1, None)
+        come = event.branch if event.kind is EventKind.ARRIVAL and event.branch >= 0 else None
+        self.here = here = Here(node.id, tuple(range(view.degree)), come, -1, None)
         lost, self._lost_from = self._lost_from, None
         if lost is not None and lost.node in self.state.graph.nodes:
             pose = lost.odom_in_node @ SE2(view.x_in_odom, view.y_in_odom, 0.0)

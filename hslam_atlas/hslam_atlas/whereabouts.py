@@ -13,6 +13,8 @@ class Here:
     node: int
     keys: tuple[int, ...]
     """The node's branch key for each branch of the last view."""
+    come: int | None
+    """The key of the branch the robot came along, None if unknown."""
     traversal: int
     """The drive that led here, -1 without a map."""
     edge_in_node: UncertainPose | None
