@@ -14,7 +14,7 @@ from hslam_atlas.tie import Drive, Outcome, connect, is_refuted, link, tie
 from hslam_atlas.uncertain_pose import UncertainPose
 from hslam_atlas.whereabouts import Here, Underway
 from hslam_types.edge_map import EdgeMap, FrameLink
-from hslam_types.gvg_events import EventKind, GvgEvent, NodeView
+from hslam_types.gvg_events import EventKind, GvgEvent, NodeKind, NodeView
 from hslam_types.se2 import SE2
 
 _LINK_PER_METRE = 0.15
@@ -181,7 +181,8 @@ class Mapper:
         stop = EdgeEnd(node.id, max(sight.come_along, 0), UncertainPose.exact(SE2()))
         drive = Drive(start, stop, edge_map)
         occupant = state.graph.nodes[start.node].branches[start.branch].edge
-        if occupant is not None and is_refuted(state, occupant, start, edge_map):
+        passable = sight.kind is NodeKind.MEET_POINT  # a dead end is never passed unnoticed
+        if occupant is not None and passable and is_refuted(state, occupant, start, edge_map):
             take_out(state, occupant)
             occupant = None
         if occupant is None and sight.come_along >= 0:

@@ -20,6 +20,8 @@ _FEW_LANDMARKS = 4
 """With fewer landmarks than this in either map, lengths must do."""
 _SHORT_M = 3.0
 """Below this length the direction of the edge frame is too uncertain to be taken as common."""
+_STRAY = 4.0
+"""Homing errs by several standard deviations now and then: the tie of the terminals must not part all other pairs."""
 _HEADING_STD = math.radians(8.0)
 """Of one edge frame against another at the same node, where no common terminal turns both."""
 
@@ -41,7 +43,18 @@ def compare(
     stored = state.maps.seen_from(edge.id, end)
     if abs(stored.terminal_x - edge_map.terminal_x) > state.config.length_tolerance_m:
         return None
-    near, far = (_repeat_m(state, edge.ends[i].node) for i in (end, 1 - end))
+    match = _matched(state, edge, end, edge_map, frame_in_node, 1.0)
+    if match.agrees:
+        return match
+    return max(match, _matched(state, edge, end, edge_map, frame_in_node, _STRAY), key=lambda m: (m.agrees, m.evidence))
+
+
+def _matched(
+    state: AtlasState, edge: Edge, end: int, edge_map: EdgeMap, frame_in_node: UncertainPose, stray: float
+) -> MapMatch:
+    """Match a drive's map with an edge's, meet points repeating ``stray`` times worse than they mostly do."""
+    stored = state.maps.seen_from(edge.id, end)
+    near, far = (stray * _repeat_m(state, edge.ends[i].node) for i in (end, 1 - end))
     if stored.terminal_x >= _SHORT_M:  # both x axes pass through the same two meet points
         heading, heading_std = 0.0, (near + far) / stored.terminal_x + math.radians(0.1)
     else:

@@ -17,6 +17,7 @@ from hslam_atlas.state import AtlasState
 from hslam_atlas.uncertain_pose import UncertainPose
 from hslam_types.edge_map import EdgeMap
 from hslam_types.edge_map_transform import reverse
+from hslam_types.gvg_events import NodeKind
 
 _LEAST_LOOP = 3.2
 """A way from a node back to itself shorter than this many clearances goes round nothing (rule 6 of the reduced GVG)."""
@@ -69,7 +70,7 @@ def tie(state: AtlasState, drive: Drive) -> Outcome:
         end = edge.end_at(near.node, near.branch)
         if similar_length(edge.path_length_m, edge_map.path_length_m, state.config):
             return _same(state, edge, end, edge_map, near, far)
-        if not _yields(state, edge, end, edge_map, near.frame_in_node):
+        if _dead_end(state, far) or not _yields(state, edge, end, edge_map, near.frame_in_node):
             fruitless(state, drive)
             return Outcome.PASSED
         obsolete.append(edge_id)
@@ -132,6 +133,11 @@ def is_refuted(state: AtlasState, edge_id: int, start: EdgeEnd, edge_map: EdgeMa
     return _yields(state, edge, edge.end_at(start.node, start.branch), edge_map, start.frame_in_node)
 
 
+def _dead_end(state: AtlasState, far: EdgeEnd) -> bool:
+    """Whether a drive's other end is a boundary point: no longer edge can have passed one unnoticed."""
+    return state.graph.nodes[far.node].kind is NodeKind.BOUNDARY_POINT
+
+
 def _yields(state: AtlasState, edge: Edge, end: int, edge_map: EdgeMap, frame_in_node: UncertainPose) -> bool:
     """Whether an edge gives way to a drive of another length on its branch."""
     if on_one_way(state, edge, end, edge_map, frame_in_node):
@@ -165,6 +171,7 @@ def fruitless(state: AtlasState, drive: Drive) -> None:
     state.graph.changed_nodes.add(drive.start.node)
     if drive.start.node != drive.stop.node:
         link(state, drive)
+        state.loosened.add(drive.start.node)
 
 
 def link(state: AtlasState, drive: Drive) -> None:

@@ -9,6 +9,7 @@ from test_atlas_alignment import EAST, WEST, drives
 from hslam_atlas.config import AtlasConfig
 from hslam_atlas.graph import Edge, EdgeEnd
 from hslam_atlas.look_alikes import LookAlikes
+from hslam_atlas.retrace import compare
 from hslam_atlas.state import AtlasState
 from hslam_atlas.store import AtlasStore
 from hslam_atlas.tie import Drive, Outcome, connect, tie
@@ -70,3 +71,21 @@ def test_what_both_passed_decides_then_how_often(known: EdgeMap, driven: int, dr
     assert (edge.id in state.graph.edges) == (outcome is Outcome.PASSED)
     assert len(state.graph.edges) == 1
     assert len(state.graph.links) == 1
+
+
+def test_a_dead_end_cannot_have_been_passed_unnoticed() -> None:
+    state, edge = atlas_with(WAY, 1)
+    state.graph.nodes[2].kind = NodeKind.BOUNDARY_POINT
+    drive = Drive(EdgeEnd(0, 0, FORWARD), EdgeEnd(2, 0, FORWARD), shortened(SAME_WAY, SHORT))
+    assert tie(state, drive) is Outcome.PASSED
+    assert edge.id in state.graph.edges
+
+
+def test_a_drive_with_one_bad_homing_is_still_along_its_edge() -> None:
+    """The far meet point is taken for 0.4 m farther on: more than six times what it mostly scatters."""
+    state, edge = atlas_with(WAY, 1)
+    stray = replace(SAME_WAY, terminal_x=SAME_WAY.terminal_x + 0.4)
+    match = compare(state, edge, 0, stray, FORWARD)
+    assert match is not None
+    assert match.agrees
+    assert compare(state, edge, 0, replace(OTHER_WAY, terminal_x=WAY.terminal_x), FORWARD) is None
