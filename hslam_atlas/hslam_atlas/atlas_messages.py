@@ -5,7 +5,6 @@ from hslam_msgs.msg import Atlas, AtlasEdge, AtlasNode
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
-from hslam_atlas.graph import Node
 from hslam_atlas.picture import edge_frame_in_map, node_poses
 from hslam_atlas.server import AtlasServer
 from hslam_ros.conversions import header, pose_to_msg
@@ -22,7 +21,7 @@ def atlas_to_msg(server: AtlasServer, stamp_ns: int) -> Atlas:
     """Return the graph with every node that can be placed in ``map``."""
     graph = server.state.graph
     poses = node_poses(graph)
-    slots = {node_id: _slots(node) for node_id, node in graph.nodes.items()}
+    slots = {node_id: node.slots() for node_id, node in graph.nodes.items()}
     msg = Atlas(header=header(stamp_ns, _MAP), closures=server.state.closures, hypotheses=len(server.questions.open))
     for node_id, pose in poses.items():
         node = graph.nodes[node_id]
@@ -70,11 +69,6 @@ def atlas_to_markers(server: AtlasServer, stamp_ns: int) -> MarkerArray:
             seen = edge_frame_in_map(edge, poses).apply_all(server.state.maps.get(edge_id).landmarks)
             landmarks.points += [Point(x=x, y=y) for x, y in seen.tolist()]
     return MarkerArray(markers=[edges, landmarks, *kinds.values()])
-
-
-def _slots(node: Node) -> list[int]:
-    """Return the keys of a node's branches, counter-clockwise, without those given up."""
-    return [branch.key for branch in node.ordered() if branch.edge is not None or not branch.given_up]
 
 
 def _marker(stamp_ns: int, namespace: str, kind: int, size_m: float, colour: ColorRGBA) -> Marker:

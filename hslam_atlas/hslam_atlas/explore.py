@@ -1,12 +1,17 @@
-"""Where to drive next: confirm a doubtful node by a known edge, else the nearest unexplored branch (Dijkstra)."""
+"""Where to drive next: confirm a doubtful node by a known edge, else the nearest unexplored branch (Dijkstra).
+
+Of several unexplored branches of the node the robot is at, the one that turns most sharply back goes first: it keeps to
+one region, closes the small loops and leaves no dead end behind to come back for.
+"""
 
 import heapq
 
 from hslam_atlas.graph import AtlasGraph
-from hslam_atlas.mapper import Here
 from hslam_atlas.merge import branch_partners
 from hslam_atlas.questions import Questions
 from hslam_atlas.state import AtlasState
+from hslam_atlas.whereabouts import Here
+from hslam_types.se2 import wrap
 
 _PLAUSIBLE = -3.0
 """Evidence (nats) from which an open question is worth a drive."""
@@ -47,9 +52,11 @@ def _confirming(state: AtlasState, questions: Questions, here: Here) -> int | No
 
 def _towards_unexplored(graph: AtlasGraph, here: Here) -> int | None:
     """Return the first branch of the shortest way to an unexplored one, leaving by a branch seen on this visit."""
-    for key in here.keys:
-        if graph.nodes[here.node].branches[key].unexplored:
-            return key
+    branches = graph.nodes[here.node].branches
+    free = [key for key in here.keys if branches[key].unexplored]
+    if free:
+        back = None if here.come is None else branches[here.come].bearing
+        return min(free, key=lambda key: 0.0 if back is None else abs(wrap(branches[key].bearing - back)))
     queue: list[tuple[float, int, int]] = []
     for key in here.keys:
         _push(graph, queue, 0.0, here.node, key, key)

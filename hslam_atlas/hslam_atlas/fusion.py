@@ -1,8 +1,12 @@
 """Update a stored edge-map by another drive along the same edge (section III-B, last paragraph).
 
 The alignment's filter has already updated the landmarks and the terminal, which counts as one of them.  What is
-left: landmarks only one drive knows, and the origin, which moves by its share of the offset: everything is
-shifted first, then turned so that x passes through the terminal again.
+left: landmarks only one drive knows, and the frame, turned so that x passes through the terminal again.
+
+The paper also moves the origin by its share of the offset.  Here it stays where the first drive had it: every edge
+end knows the pose of its frame in the node's, so nothing asks for the mean of the visits, and a covariance
+means something only about a place that was once stood on.  Between visits the frame would hang in the air by
+as much as meet points scatter, which is more than the landmarks' errors.
 """
 
 import math
@@ -12,7 +16,7 @@ import numpy as np
 
 from hslam_atlas.alignment import Alignment
 from hslam_types.edge_map import EdgeMap
-from hslam_types.se2 import SE2, Array, rotation, wrap
+from hslam_types.se2 import Array, rotation, wrap
 
 _LEAST_SIGHTINGS = 4
 """A landmark that a later drive does not see keeps a third of its sightings, and goes below this."""
@@ -20,8 +24,8 @@ _NO_DIRECTION_M = 0.5
 """A terminal nearer than this gives the frame no direction."""
 
 
-def fuse(existing: EdgeMap, candidate: EdgeMap, alignment: Alignment, drives: int) -> tuple[EdgeMap, SE2]:
-    """Return the updated map and the pose of its frame in the old one; ``drives``: those the old map holds.
+def fuse(existing: EdgeMap, candidate: EdgeMap, alignment: Alignment, drives: int) -> tuple[EdgeMap, float]:
+    """Return the updated map and the turn of its frame (rad); ``drives``: how many the old map holds.
 
     ``alignment`` must be of exactly these two maps with their terminals tied.
     """
@@ -30,8 +34,6 @@ def fuse(existing: EdgeMap, candidate: EdgeMap, alignment: Alignment, drives: in
     kept = np.array([n >= _LEAST_SIGHTINGS for n in sightings], dtype=bool)
     rows = np.repeat(np.concatenate(([True], kept)), 2)
     points, covariance = points[rows[::2]], covariance[np.ix_(rows, rows)]
-    shift = np.array(alignment.offset[:2]) / (drives + 1.0)
-    points = points - shift
     points, covariance, turn = _turned(points, covariance)
     updated = replace(
         existing,
@@ -43,7 +45,7 @@ def fuse(existing: EdgeMap, candidate: EdgeMap, alignment: Alignment, drives: in
         arrival_heading=wrap(existing.arrival_heading - turn),
         path_length_m=(existing.path_length_m * drives + candidate.path_length_m) / (drives + 1.0),
     )
-    return updated, SE2(float(shift[0]), float(shift[1]), turn)
+    return updated, turn
 
 
 def _joined(existing: EdgeMap, candidate: EdgeMap, alignment: Alignment) -> tuple[Array, Array]:

@@ -35,6 +35,11 @@ class Branch:
         """Give an unexplored branch up that most visits did not show."""
         self.given_up |= self.edge is None and self.missed >= 2 and self.missed > self.seen
 
+    def fail(self, most: int) -> None:
+        """Count a drive into it that led nowhere new; after ``most`` of them an unexplored branch is given up."""
+        self.attempts += 1
+        self.given_up |= self.edge is None and self.attempts >= most
+
     @property
     def unexplored(self) -> bool:
         """Whether it still asks to be driven."""
@@ -56,6 +61,10 @@ class Node:
     def ordered(self) -> list[Branch]:
         """Return the branches counter-clockwise from bearing -pi."""
         return sorted(self.branches.values(), key=lambda branch: (branch.bearing, branch.key))
+
+    def slots(self) -> list[int]:
+        """Return the keys of the branches that count, counter-clockwise: those given up have no place in the order."""
+        return [branch.key for branch in self.ordered() if branch.edge is not None or not branch.given_up]
 
     def add_branch(self, bearing: float) -> Branch:
         """Add a branch seen for the first time."""

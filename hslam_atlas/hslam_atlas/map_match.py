@@ -69,10 +69,16 @@ def match_edges(
 
 
 def match_constellations(
-    existing: EdgeMap, candidate: EdgeMap, prior: SE2, prior_covariance: Array, config: AtlasConfig
+    existing: EdgeMap,
+    candidate: EdgeMap,
+    prior: SE2,
+    prior_covariance: Array,
+    config: AtlasConfig,
+    within_m: float | None = None,
 ) -> MapMatch:
-    """Match what two maps hold about their origins, maybe the same node."""
-    near_e, near_c = near(existing, config.near_m + 1.0), near(candidate, config.near_m + 1.0)
+    """Match what two maps hold within a distance (``near_m`` if not given) of their origins, maybe the same node."""
+    within_m = config.near_m if within_m is None else within_m
+    near_e, near_c = near(existing, within_m + 1.0), near(candidate, within_m + 1.0)
     density = _density(existing, candidate)
     alignment = align(
         part(existing, near_e),
@@ -84,9 +90,9 @@ def match_constellations(
         terminal_noise_m=0.0,
         gate=config.pair_gate,
     )
-    # A ring beyond near_m may serve as partner but is not missed when it finds none.
-    inner_e = set(np.flatnonzero(np.hypot(*existing.landmarks[near_e].T) < config.near_m).tolist())
-    inner_c = set(np.flatnonzero(np.hypot(*candidate.landmarks[near_c].T) < config.near_m).tolist())
+    # A ring beyond may serve as partner but is not missed when it finds none.
+    inner_e = set(np.flatnonzero(np.hypot(*existing.landmarks[near_e].T) < within_m).tolist())
+    inner_c = set(np.flatnonzero(np.hypot(*candidate.landmarks[near_c].T) < within_m).tolist())
     expected_e = len(inner_e | {i for i, _ in alignment.pairs})
     expected_c = len(inner_c | {j for _, j in alignment.pairs})
     return _judge(alignment, expected_e, expected_c, density, config.visible_near, config)

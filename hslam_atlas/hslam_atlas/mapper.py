@@ -1,48 +1,24 @@
 """Build the graph from what happens: departures, arrivals, edge-maps, links."""
 
 import math
-from dataclasses import dataclass
 
 from hslam_atlas.chain import chained
 from hslam_atlas.graph import EdgeEnd, Node
-from hslam_atlas.hypothesis import Hypothesis, Sight, align_branches, learn_look_alikes, weigh
+from hslam_atlas.hypothesis import Hypothesis, Sight, best_constellation, learn_look_alikes, weigh
+from hslam_atlas.merge import take_out
 from hslam_atlas.questions import Questions
-from hslam_atlas.retrace import compare, convinces, far_end, far_sight_in_node, similar_length, update
-from hslam_atlas.sighting import branch_towards, open_question, sight_of, view_of
+from hslam_atlas.retrace import compare, convinces, far_end, far_sight_in_node, update
+from hslam_atlas.sighting import branch_towards, observe, open_question, sight_of, view_of
 from hslam_atlas.state import AtlasState
-from hslam_atlas.tie import Drive, Outcome, connect, link, take_out, tie
+from hslam_atlas.tie import Drive, Outcome, connect, is_refuted, link, tie
 from hslam_atlas.uncertain_pose import UncertainPose
+from hslam_atlas.whereabouts import Here, Underway
 from hslam_types.edge_map import EdgeMap, FrameLink
-from hslam_types.gvg_events import GvgEvent, NodeView
-from hslam_types.se2 import SE2, wrap
+from hslam_types.gvg_events import EventKind, GvgEvent, NodeKind, NodeView
+from hslam_types.se2 import SE2
 
 _LINK_PER_METRE = 0.15
 """Error of a pose by bare odometry, for each metre: the robot was lost on the way."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Here:
-    """The node the robot stands at and how the last sight of it fits the stored one."""
-
-    node: int
-    keys: tuple[int, ...]
-    """The node's branch key for each branch of the last view."""
-    traversal: int
-    """The drive that led here, -1 without a map."""
-    edge_in_node: UncertainPose | None
-    """Frame of that drive's edge-map in the node's frame."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Underway:
-    """The traversal under way."""
-
-    node: int
-    branch: int
-    sequence: int
-    departure_in_node: UncertainPose
-    odom_in_node: SE2
-    """The odom frame at departure, for the case that the robot gets lost."""
 
 
 class Mapper:
@@ -81,8 +57,7 @@ class Mapper:
         """Give up the traversal under way; where the robot is remains to be found out."""
         if self.underway is not None:
             branch = self.state.graph.nodes[self.underway.node].branches[self.underway.branch]
-            branch.attempts += 1
-            branch.given_up = branch.edge is None and branch.attempts >= self.state.config.attempts
+            branch.fail(self.state.config.attempts)
             self.state.graph.changed_nodes.add(self.underway.node)
             self._lost_from = self.underway
         self.underway = self.here = None
@@ -98,7 +73,7 @@ class Mapper:
         )
         start = EdgeEnd(underway.node, underway.branch, underway.departure_in_node @ turned)
         sight = sight_of(event, edge_map)
-        if self._followed_known_edge(start, edge_map, sight, event):
+        if self._never_left(start, edge_map, sight, event) or self._followed_known_edge(start, edge_map, sight, event):
             return
         hypotheses = self._hypotheses(start, edge_map, sight)
         if not self._identified(start, edge_map, sight, hypotheses, event):
@@ -121,6 +96,19 @@ class Mapper:
         if question is None or not self.questions.settle(self.state, question):
             return self.here is not None and self.here.node == node
         self._follow_merges()
+        return True
+
+    def _never_left(self, start: EdgeEnd, edge_map: EdgeMap, sight: Sight, event: GvgEvent) -> bool:
+        """Recognise the node left from when the robot turned round within its free disc: no drive, no second node."""
+        state = self.state
+        node = state.graph.nodes[start.node]
+        went_m = max(edge_map.path_length_m, abs(edge_map.terminal_x))
+        if went_m > node.clearance_m or sight.kind is not node.kind:
+            return False
+        expected = start.frame_in_node @ far_end(edge_map)
+        _, sight_in_node = best_constellation(state.graph, state.maps, node, sight, expected, state.config)
+        node.branches[start.branch].fail(state.config.attempts)
+        self._stand(node.id, sight, sight_in_node, edge_map, event)
         return True
 
     def _followed_known_edge(self, start: EdgeEnd, edge_map: EdgeMap, sight: Sight, event: GvgEvent) -> bool:
@@ -193,12 +181,10 @@ class Mapper:
         stop = EdgeEnd(node.id, max(sight.come_along, 0), UncertainPose.exact(SE2()))
         drive = Drive(start, stop, edge_map)
         occupant = state.graph.nodes[start.node].branches[start.branch].edge
-        if occupant is not None:
-            known = state.graph.edges[occupant].path_length_m
-            shorter = edge_map.path_length_m < known
-            if shorter and not similar_length(known, edge_map.path_length_m, state.config):
-                take_out(state, occupant)
-                occupant = None
+        passable = sight.kind is NodeKind.MEET_POINT  # a dead end is never passed unnoticed
+        if occupant is not None and passable and is_refuted(state, occupant, start, edge_map):
+            take_out(state, occupant)
+            occupant = None
         if occupant is None and sight.come_along >= 0:
             connect(state, drive)
         else:
@@ -222,6 +208,7 @@ class Mapper:
                 self.here = Here(
                     merged.kept,
                     tuple(merged.branches[key] for key in self.here.keys),
+                    None if self.here.come is None else merged.branches[self.here.come],
                     self.here.traversal,
                     None if frame is None else merged.gone_in_kept @ frame,
                 )
@@ -242,38 +229,20 @@ class Mapper:
     ) -> None:  # fmt: skip
         """Note where the robot is, and what the visit says of the node's branches."""
         node = self.state.graph.nodes[node_id]
-        keys = tuple(range(len(sight.bearings))) if new else self._observe(node, sight, sight_in_node)
+        keys = tuple(range(len(sight.bearings))) if new else observe(node, sight, sight_in_node.pose, self.state.config)
         node.visits.append((event.sequence, event.stamp_ns))
         self.state.graph.changed_nodes.add(node_id)
         edge_in_node = sight_in_node @ UncertainPose.exact(SE2(edge_map.terminal_x, 0.0, math.pi).inverse())
-        self.here = Here(node_id, keys, edge_map.traversal, edge_in_node)
-
-    def _observe(self, node: Node, sight: Sight, sight_in_node: UncertainPose) -> tuple[int, ...]:
-        """Count which branches were seen and which not; add new ones; give up those that mostly are not there."""
-        keys: list[int] = []
-        for bearing, known in zip(
-            sight.bearings, align_branches(node, sight, sight_in_node.pose, self.state.config), strict=True
-        ):
-            in_node = wrap(bearing + sight_in_node.pose.theta)
-            if known is None:
-                branch = node.add_branch(in_node)
-                branch.missed = len(node.visits)
-            else:
-                branch = node.branches[known]
-                branch.seen += 1
-                branch.bearing = wrap(branch.bearing + wrap(in_node - branch.bearing) / branch.seen)
-            keys.append(branch.key)
-        for branch in node.branches.values():
-            branch.missed += int(branch.key not in keys)
-            branch.give_up_if_absent()
-        return tuple(keys)
+        come = keys[sight.come_along] if sight.come_along >= 0 else None
+        self.here = Here(node_id, keys, come, edge_map.traversal, edge_in_node)
 
     def _arrive_unknown(self, event: GvgEvent) -> Here:
         """Stand at a node reached without an edge-map: new, for all that is known, at best linked by odometry."""
         view = view_of(event)
         node = self.state.graph.add_node(view.kind, view.clearance_m, list(view.bearings_in_odom))
         node.visits.append((event.sequence, event.stamp_ns))
-        self.here = here = Here(node.id, tuple(range(view.degree)), -1, None)
+        come = event.branch if event.kind is EventKind.ARRIVAL and event.branch >= 0 else None
+        self.here = here = Here(node.id, tuple(range(view.degree)), come, -1, None)
         lost, self._lost_from = self._lost_from, None
         if lost is not None and lost.node in self.state.graph.nodes:
             pose = lost.odom_in_node @ SE2(view.x_in_odom, view.y_in_odom, 0.0)

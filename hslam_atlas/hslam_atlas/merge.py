@@ -1,7 +1,8 @@
 """Make two nodes one, with all that follows: edges on the same branch become one, so do their far ends.
 
 The consequences are checked before anything is changed: one contradiction (kinds, lengths, maps) and the merge
-is refused.
+is refused.  One pair of edges may differ in length if their maps agree as far as the shorter one goes: then the
+longer had passed a node unnoticed, and is taken out.
 """
 
 from collections import deque
@@ -10,7 +11,7 @@ from dataclasses import dataclass
 from hslam_atlas.branches import match_bearings
 from hslam_atlas.graph import Node
 from hslam_atlas.map_match import MapMatch
-from hslam_atlas.retrace import compare, convinces, far_sight_in_node, update
+from hslam_atlas.retrace import compare, convinces, far_sight_in_node, on_one_way, similar_length, update
 from hslam_atlas.state import AtlasState, Merged
 from hslam_atlas.uncertain_pose import UncertainPose
 from hslam_types.se2 import wrap
@@ -24,6 +25,8 @@ class _Twin:
     gone_end: int
     kept: int
     kept_end: int
+    far: tuple[int, int, UncertainPose]
+    """Their nodes at the far ends, with the pose of the first in the second: these are one too."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +38,12 @@ class _Union:
     gone_in_kept: UncertainPose
     branches: dict[int, int | None]
     twins: tuple[_Twin, ...]
+    obsolete: tuple[int, ...]
+    """Edges that had passed a node unnoticed."""
+
+
+_OVERLOOKED_MOST = 1
+"""Nodes that may have been passed unnoticed, for all that one merge brings together: two are another place."""
 
 
 def merge(state: AtlasState, gone: int, kept: int, gone_in_kept: UncertainPose) -> bool:
@@ -61,10 +70,11 @@ def branch_partners(gone: Node, kept: Node, gone_in_kept: UncertainPose, gate: f
 
 def _plan(state: AtlasState, gone: int, kept: int, gone_in_kept: UncertainPose) -> list[_Union] | None:
     """Return every union that follows, or None if one is impossible."""
-    graph, config = state.graph, state.config
+    graph = state.graph
     unions: list[_Union] = []
     partner: dict[int, int] = {}
     taken: set[int] = set()
+    overlooked: set[int] = set()
     queue: deque[tuple[int, int, UncertainPose]] = deque([(gone, kept, gone_in_kept)])
     while queue:
         a, b, a_in_b = queue.popleft()
@@ -81,24 +91,39 @@ def _plan(state: AtlasState, gone: int, kept: int, gone_in_kept: UncertainPose) 
             return None
         partner[a] = b
         taken.add(b)
-        branches = branch_partners(node, other, a_in_b, config.branch_gate)
-        twins: list[_Twin] = []
-        for key, onto in branches.items():
-            edge_id = node.branches[key].edge
-            other_id = None if onto is None else other.branches[onto].edge
-            if edge_id is None or other_id is None or onto is None or edge_id == other_id:
-                continue
-            edge, known = graph.edges[edge_id], graph.edges[other_id]
-            end, known_end = edge.end_at(a, key), known.end_at(b, onto)
-            match = twin_match(state, edge_id, end, other_id, known_end, a_in_b)
-            if match is None or not convinces(match, known, state.maps.get(edge_id), state):
-                return None
-            twins.append(_Twin(edge_id, end, other_id, known_end))
+        union = _union(state, node, other, a_in_b)
+        if union is None:
+            return None
+        overlooked.update(union.obsolete)
+        queue.extend(twin.far for twin in union.twins)
+        unions.append(union)
+    return unions if len(overlooked) <= _OVERLOOKED_MOST else None
+
+
+def _union(state: AtlasState, gone: Node, kept: Node, gone_in_kept: UncertainPose) -> _Union | None:
+    """Return what joining two nodes does to the edges on their common branches; None if two of them contradict."""
+    graph = state.graph
+    branches = branch_partners(gone, kept, gone_in_kept, state.config.branch_gate)
+    twins: list[_Twin] = []
+    obsolete: list[int] = []
+    for key, onto in branches.items():
+        edge_id = gone.branches[key].edge
+        known_id = None if onto is None else kept.branches[onto].edge
+        if edge_id is None or known_id is None or onto is None or edge_id == known_id:
+            continue
+        edge, known = graph.edges[edge_id], graph.edges[known_id]
+        end, known_end = edge.end_at(gone.id, key), known.end_at(kept.id, onto)
+        match = twin_match(state, edge_id, end, known_id, known_end, gone_in_kept)
+        if match is not None and convinces(match, known, state.maps.get(edge_id), state):
             far = far_sight_in_node(known, known_end, state.maps.seen_from(edge_id, end), match)
             far_in_far = far @ edge.ends[1 - end].frame_in_node.inverse()
-            queue.append((edge.ends[1 - end].node, known.ends[1 - known_end].node, far_in_far))
-        unions.append(_Union(a, b, a_in_b, branches, tuple(twins)))
-    return unions
+            far_ends = edge.ends[1 - end].node, known.ends[1 - known_end].node, far_in_far
+            twins.append(_Twin(edge_id, end, known_id, known_end, far_ends))
+        elif match is None and share_beginning(state, edge_id, end, known_id, known_end, gone_in_kept):
+            obsolete.append(max((edge_id, known_id), key=lambda e: graph.edges[e].path_length_m))
+        else:
+            return None
+    return _Union(gone.id, kept.id, gone_in_kept, branches, tuple(twins), tuple(obsolete))
 
 
 def twin_match(
@@ -109,9 +134,32 @@ def twin_match(
     return compare(state, state.graph.edges[known_id], known_end, state.maps.seen_from(edge_id, end), frame)
 
 
+def share_beginning(
+    state: AtlasState, edge_id: int, end: int, known_id: int, known_end: int, node_in_known: UncertainPose
+) -> bool:
+    """Whether two stored edges of different lengths can be one way, if the nodes at the given ends are one."""
+    edge, known = state.graph.edges[edge_id], state.graph.edges[known_id]
+    if similar_length(edge.path_length_m, known.path_length_m, state.config):
+        return False
+    frame = node_in_known @ edge.ends[end].frame_in_node
+    return on_one_way(state, known, known_end, state.maps.seen_from(edge_id, end), frame)
+
+
+def take_out(state: AtlasState, edge_id: int) -> None:
+    """Remove an edge found to pass a node; what it told of its ends' relative pose stays as a link."""
+    edge = state.graph.remove_edge(edge_id)
+    state.loosened.update(end.node for end in edge.ends)
+    state.maps.drop(edge_id)
+    if edge.ends[0].node != edge.ends[1].node:
+        state.graph.add_link(edge.ends[0].node, edge.ends[1].node, edge.across(0), edge.path_length_m)
+
+
 def _carry_out(state: AtlasState, union: _Union) -> None:
     """Fuse twin edges into the kept ones, then let the kept node absorb the other."""
     graph = state.graph
+    for edge_id in union.obsolete:
+        if edge_id in graph.edges:
+            take_out(state, edge_id)
     for twin in union.twins:
         if twin.gone not in graph.edges or twin.kept not in graph.edges:
             continue  # already fused from its other end

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field, replace
 
 from hslam_atlas.look_alikes import LookAlikes
-from hslam_atlas.merge import branch_partners, merge, twin_match
+from hslam_atlas.merge import branch_partners, merge, share_beginning, twin_match
 from hslam_atlas.retrace import convinces
 from hslam_atlas.state import AtlasState, Merged
 from hslam_atlas.uncertain_pose import UncertainPose
@@ -141,6 +141,6 @@ def _weighed(state: AtlasState, question: Question) -> Question:
         match = twin_match(state, edge_id, end, other_id, known_end, question.node_in_other)
         if match is not None and convinces(match, known, state.maps.get(edge_id), state):
             map_evidence.append(match.evidence)
-        else:
+        elif match is not None or not share_beginning(state, edge_id, end, other_id, known_end, question.node_in_other):
             place -= _AGAINST
     return replace(question, place_evidence=place, map_evidence=tuple(map_evidence), compared=frozenset(compared))

@@ -8,7 +8,7 @@ import numpy as np
 from hslam_atlas.config import AtlasConfig
 from hslam_atlas.fusion import fuse
 from hslam_atlas.graph import Edge, EdgeEnd
-from hslam_atlas.map_match import MapMatch, match_edges
+from hslam_atlas.map_match import MapMatch, match_constellations, match_edges, near
 from hslam_atlas.state import AtlasState
 from hslam_atlas.uncertain_pose import UncertainPose
 from hslam_types.edge_map import EdgeMap
@@ -20,6 +20,10 @@ _FEW_LANDMARKS = 4
 """With fewer landmarks than this in either map, lengths must do."""
 _SHORT_M = 3.0
 """Below this length the direction of the edge frame is too uncertain to be taken as common."""
+_STRAY = 4.0
+"""Homing errs by several standard deviations now and then: the tie of the terminals must not part all other pairs."""
+_HEADING_STD = math.radians(8.0)
+"""Of one edge frame against another at the same node, where no common terminal turns both."""
 
 
 def similar_length(a_m: float, b_m: float, config: AtlasConfig) -> bool:
@@ -39,14 +43,43 @@ def compare(
     stored = state.maps.seen_from(edge.id, end)
     if abs(stored.terminal_x - edge_map.terminal_x) > state.config.length_tolerance_m:
         return None
-    near, far = (_repeat_m(state, edge.ends[i].node) for i in (end, 1 - end))
+    match = _matched(state, edge, end, edge_map, frame_in_node, 1.0)
+    if match.agrees:
+        return match
+    return max(match, _matched(state, edge, end, edge_map, frame_in_node, _STRAY), key=lambda m: (m.agrees, m.evidence))
+
+
+def _matched(
+    state: AtlasState, edge: Edge, end: int, edge_map: EdgeMap, frame_in_node: UncertainPose, stray: float
+) -> MapMatch:
+    """Match a drive's map with an edge's, meet points repeating ``stray`` times worse than they mostly do."""
+    stored = state.maps.seen_from(edge.id, end)
+    near, far = (stray * _repeat_m(state, edge.ends[i].node) for i in (end, 1 - end))
     if stored.terminal_x >= _SHORT_M:  # both x axes pass through the same two meet points
         heading, heading_std = 0.0, (near + far) / stored.terminal_x + math.radians(0.1)
     else:
         heading = wrap(frame_in_node.pose.theta - edge.ends[end].frame_in_node.pose.theta)
-        heading_std = math.radians(8.0)
+        heading_std = _HEADING_STD
     prior = np.diag([2.0 * near**2, 2.0 * near**2, heading_std**2])
     return match_edges(stored, edge_map, SE2(0.0, 0.0, heading), prior, math.sqrt(2.0) * far, state.config)
+
+
+def on_one_way(state: AtlasState, edge: Edge, end: int, edge_map: EdgeMap, frame_in_node: UncertainPose) -> bool:
+    """Whether a drive and an edge of different lengths can have left a node by one branch: what both passed must match.
+
+    Arguments as for `compare`.  Too few landmarks on the common part speak neither way.
+    """
+    stored = state.maps.seen_from(edge.id, end)
+    common_m = min(stored.terminal_x, edge_map.terminal_x)
+    fewest = min(len(near(stored, common_m)), len(near(edge_map, common_m)))
+    if fewest < _FEW_LANDMARKS:
+        return True
+    heading = wrap(frame_in_node.pose.theta - edge.ends[end].frame_in_node.pose.theta)
+    repeat = _repeat_m(state, edge.ends[end].node)
+    prior = np.diag([2.0 * repeat**2, 2.0 * repeat**2, _HEADING_STD**2])
+    match = match_constellations(stored, edge_map, SE2(0.0, 0.0, heading), prior, state.config, common_m)
+    # The longer one may come back past the node: it shows more than what both passed.
+    return len(match.alignment.pairs) >= state.config.least_fraction * fewest
 
 
 def _repeat_m(state: AtlasState, node: int) -> float:
@@ -91,7 +124,8 @@ def update(
     if set(drives) & set(edge.traversals) or not match.agrees:
         return edge
     stored = state.maps.seen_from(edge.id, end)
-    fused, new_in_old = fuse(stored, edge_map, match.alignment, len(edge.traversals))
+    fused, turn = fuse(stored, edge_map, match.alignment, len(edge.traversals))
+    new_in_old = SE2(0.0, 0.0, turn)
     near, far = edge.ends[end], edge.ends[1 - end]
     over = SE2(edge.terminal_x, 0.0, math.pi).inverse() @ new_in_old @ SE2(fused.terminal_x, 0.0, math.pi)
     moved_near = near._replace(frame_in_node=_moved(near, new_in_old))

@@ -1,15 +1,16 @@
-"""Read an event: the node it shows, in the frame the atlas compares it in."""
+"""Read an event: the node it shows, in the frame the atlas compares it in, and what it says of a stored node."""
 
 import math
 
+from hslam_atlas.config import AtlasConfig
 from hslam_atlas.errors import AtlasError
 from hslam_atlas.graph import Node
-from hslam_atlas.hypothesis import Hypothesis, Sight
+from hslam_atlas.hypothesis import Hypothesis, Sight, align_branches
 from hslam_atlas.questions import Question
 from hslam_types.edge_map import EdgeMap
 from hslam_types.edge_map_transform import reverse
 from hslam_types.gvg_events import GvgEvent, NodeView
-from hslam_types.se2 import wrap
+from hslam_types.se2 import SE2, wrap
 
 
 def open_question(node: int, hypothesis: Hypothesis) -> Question:
@@ -43,3 +44,25 @@ def branch_towards(node: Node, heading: float, keys: tuple[int, ...], index: int
     if announced is not None and abs(wrap(node.branches[announced].bearing - heading)) < math.radians(50.0):
         return announced
     return min(node.branches.values(), key=lambda branch: (abs(wrap(branch.bearing - heading)), branch.key)).key
+
+
+def observe(node: Node, sight: Sight, sight_in_node: SE2, config: AtlasConfig) -> tuple[int, ...]:
+    """Count which of a node's branches a visit shows and which not; add new ones, give up those mostly not there.
+
+    Returns the node's key for each of the sight's branches.
+    """
+    keys: list[int] = []
+    for bearing, known in zip(sight.bearings, align_branches(node, sight, sight_in_node, config), strict=True):
+        in_node = wrap(bearing + sight_in_node.theta)
+        if known is None:
+            branch = node.add_branch(in_node)
+            branch.missed = len(node.visits)
+        else:
+            branch = node.branches[known]
+            branch.seen += 1
+            branch.bearing = wrap(branch.bearing + wrap(in_node - branch.bearing) / branch.seen)
+        keys.append(branch.key)
+    for branch in node.branches.values():
+        branch.missed += int(branch.key not in keys)
+        branch.give_up_if_absent()
+    return tuple(keys)

@@ -2,18 +2,25 @@
 
 A branch leads along one edge only.  So where a branch is taken, the drive either was along that edge (then the far
 ends are one node), or was shorter (the stored edge had passed a node unnoticed: it is taken out and its other end is
-explored again), or was longer (this drive passed a node unnoticed: it says where things lie, but is no edge).
+explored again), or was longer (this drive passed a node unnoticed: it says where things lie, but is no edge).  In the
+last two cases both saw the same walls as far as the shorter one goes.  If not, one of them is not of this branch: the
+edge, if only one drive ever showed it, else the drive.
 """
 
 from dataclasses import dataclass
 from enum import Enum, auto
 
 from hslam_atlas.graph import Edge, EdgeEnd
-from hslam_atlas.merge import merge
-from hslam_atlas.retrace import compare, convinces, far_end, far_sight_in_node, similar_length, update
+from hslam_atlas.merge import merge, take_out
+from hslam_atlas.retrace import compare, convinces, far_end, far_sight_in_node, on_one_way, similar_length, update
 from hslam_atlas.state import AtlasState
+from hslam_atlas.uncertain_pose import UncertainPose
 from hslam_types.edge_map import EdgeMap
 from hslam_types.edge_map_transform import reverse
+from hslam_types.gvg_events import NodeKind
+
+_LEAST_LOOP = 3.2
+"""A way from a node back to itself shorter than this many clearances goes round nothing (rule 6 of the reduced GVG)."""
 
 
 class Outcome(Enum):
@@ -28,7 +35,7 @@ class Outcome(Enum):
     PASSED = auto()
     """A node was overlooked on the way: no edge, but a link."""
     RETURNED = auto()
-    """The robot came back along the branch it left by."""
+    """The robot came back along the branch it left by, or went round nothing."""
     CONTRADICTED = auto()
     """The two nodes cannot be connected so: the identification must be wrong."""
 
@@ -48,8 +55,8 @@ def tie(state: AtlasState, drive: Drive) -> Outcome:
     """Enter the drive; on CONTRADICTED and PASSED no edge is touched."""
     graph = state.graph
     branch = graph.nodes[drive.start.node].branches[drive.start.branch]
-    if (drive.start.node, drive.start.branch) == (drive.stop.node, drive.stop.branch):
-        _fruitless(state, drive)
+    if _goes_nowhere(state, drive):
+        fruitless(state, drive)
         return Outcome.RETURNED
     if _driven_between(state, drive):
         return Outcome.RETRACED
@@ -63,8 +70,8 @@ def tie(state: AtlasState, drive: Drive) -> Outcome:
         end = edge.end_at(near.node, near.branch)
         if similar_length(edge.path_length_m, edge_map.path_length_m, state.config):
             return _same(state, edge, end, edge_map, near, far)
-        if edge_map.path_length_m > edge.path_length_m:
-            _fruitless(state, drive)
+        if _dead_end(state, far) or not _yields(state, edge, end, edge_map, near.frame_in_node):
+            fruitless(state, drive)
             return Outcome.PASSED
         obsolete.append(edge_id)
     for edge_id in obsolete:
@@ -73,6 +80,14 @@ def tie(state: AtlasState, drive: Drive) -> Outcome:
     branch.attempts = 0
     connect(state, drive)
     return Outcome.CONNECTED
+
+
+def _goes_nowhere(state: AtlasState, drive: Drive) -> bool:
+    """Whether the robot came back where it left, along the same branch or round nothing."""
+    if drive.start.node != drive.stop.node:
+        return False
+    least_m = _LEAST_LOOP * state.graph.nodes[drive.start.node].clearance_m
+    return drive.start.branch == drive.stop.branch or drive.edge_map.path_length_m < least_m
 
 
 def _driven_between(state: AtlasState, drive: Drive) -> bool:
@@ -110,13 +125,24 @@ def connect(state: AtlasState, drive: Drive) -> Edge:
     return edge
 
 
-def take_out(state: AtlasState, edge_id: int) -> None:
-    """Remove an edge found to pass a node; what it told of its ends' relative pose stays as a link."""
-    edge = state.graph.remove_edge(edge_id)
-    state.loosened.update(end.node for end in edge.ends)
-    state.maps.drop(edge_id)
-    if edge.ends[0].node != edge.ends[1].node:
-        state.graph.add_link(edge.ends[0].node, edge.ends[1].node, edge.across(0), edge.path_length_m)
+def is_refuted(state: AtlasState, edge_id: int, start: EdgeEnd, edge_map: EdgeMap) -> bool:
+    """Whether an edge cannot stay, given that a drive which set out along it ended at a node it does not lead to."""
+    edge = state.graph.edges[edge_id]
+    if similar_length(edge.path_length_m, edge_map.path_length_m, state.config):
+        return False
+    return _yields(state, edge, edge.end_at(start.node, start.branch), edge_map, start.frame_in_node)
+
+
+def _dead_end(state: AtlasState, far: EdgeEnd) -> bool:
+    """Whether a drive's other end is a boundary point: no longer edge can have passed one unnoticed."""
+    return state.graph.nodes[far.node].kind is NodeKind.BOUNDARY_POINT
+
+
+def _yields(state: AtlasState, edge: Edge, end: int, edge_map: EdgeMap, frame_in_node: UncertainPose) -> bool:
+    """Whether an edge gives way to a drive of another length on its branch."""
+    if on_one_way(state, edge, end, edge_map, frame_in_node):
+        return edge_map.path_length_m < edge.path_length_m
+    return len(edge.traversals) == 1
 
 
 def _same(state: AtlasState, edge: Edge, end: int, edge_map: EdgeMap, near: EdgeEnd, far: EdgeEnd) -> Outcome:
@@ -139,14 +165,13 @@ def _same(state: AtlasState, edge: Edge, end: int, edge_map: EdgeMap, near: Edge
     return Outcome.GLUED
 
 
-def _fruitless(state: AtlasState, drive: Drive) -> None:
+def fruitless(state: AtlasState, drive: Drive) -> None:
     """Count a drive that brought no edge against the branch it set out on; remember what it measured."""
-    branch = state.graph.nodes[drive.start.node].branches[drive.start.branch]
-    branch.attempts += 1
-    branch.given_up = branch.attempts >= state.config.attempts
+    state.graph.nodes[drive.start.node].branches[drive.start.branch].fail(state.config.attempts)
     state.graph.changed_nodes.add(drive.start.node)
     if drive.start.node != drive.stop.node:
         link(state, drive)
+        state.loosened.add(drive.start.node)
 
 
 def link(state: AtlasState, drive: Drive) -> None:

@@ -86,6 +86,37 @@ class EdgeWalker:
         """Return the index of the branch seen nearest to a direction of the floor (rad)."""
         return min(range(len(self._bearings)), key=lambda i: abs(wrap(self._bearings[i] - bearing)))
 
+    def bearing_of(self, branch: int) -> float:
+        """Return the direction of a branch seen (rad), as this visit took it."""
+        return self._bearings[branch]
+
+    def true_edge(self) -> tuple[SE2, float]:
+        """Return the last traversal's edge frame in the floor, from where it left through where it arrived, and length.
+
+        The length (m) is the distance of the two.
+        """
+        assert self._leg is not None
+        left = self._leg.departure_in_world
+        dx, dy = self._centre[0] - left.x, self._centre[1] - left.y
+        return SE2(left.x, left.y, math.atan2(dy, dx)), math.hypot(dx, dy)
+
+    def turn_round(self, branch: int, arrived_by: float, reach_m: float, length_m: float) -> list[Step]:
+        """Leave by a branch, turn ``reach_m`` on and be back, announced along the branch nearest to ``arrived_by``."""
+        assert self._view is not None
+        departure = self._event(EventKind.DEPARTURE, self._view, branch)
+        links = self._links(departure, self._bearings[branch])
+        frame = SE2(*self._centre, self._bearings[branch])
+        away = frame.apply(reach_m, 0.0)
+        self._look(arrived_by)
+        along = self.branch_towards(arrived_by)
+        path = _dense(np.array([(frame.x, frame.y), away, self._centre]))
+        arrival = self._arrival(along, length_m)
+        edge_map = self._map(frame, path, departure.sequence, arrival, self._bearings[along], length_m)
+        return [
+            Step(departure.stamp_ns, (departure,), (), links),
+            Step(arrival.stamp_ns, (arrival,), (edge_map,)),
+        ]
+
     def _trace(self, branch: int) -> list[Step]:
         assert self._view is not None
         departure = self._event(EventKind.DEPARTURE, self._view, branch)

@@ -16,20 +16,24 @@ from hslam_types.gvg_events import GoalKind, GvgGoal
 from hslam_types.se2 import SE2, rotation, wrap
 
 WEST, EAST = math.pi, 0.0
+FLOOR = furnish(wean_hall(), np.random.default_rng(5))
 
 
 def drives(count: int, seed: int, *, bearing: float = WEST) -> list[EdgeMap]:
     """Return maps of one edge of a floor, driven from the same end again and again: west it is 36 m long, east 16."""
-    floor = furnish(wean_hall(), np.random.default_rng(5))
-    maps: list[EdgeMap] = []
+    return [edge_map for edge_map, _, _ in drives_with_truth(count, seed, bearing=bearing)]
+
+
+def drives_with_truth(count: int, seed: int, *, bearing: float = WEST) -> list[tuple[EdgeMap, SE2, float]]:
+    """Return `drives`, each with the true pose of its edge frame on `FLOOR` and the true distance of its ends (m)."""
+    found: list[tuple[EdgeMap, SE2, float]] = []
     for k in range(count):
         noise = WalkNoise(degree_misread=0.0, node_missed=0.0)
-        walker = EdgeWalker(floor, 2, np.random.default_rng(seed + k), noise)
+        walker = EdgeWalker(FLOOR, 2, np.random.default_rng(seed + k), noise)
         walker.follow(GvgGoal(GoalKind.ACCESS))
-        maps.extend(
-            m for step in walker.follow(GvgGoal(GoalKind.TRACE, walker.branch_towards(bearing))) for m in step.edge_maps
-        )
-    return maps
+        steps = walker.follow(GvgGoal(GoalKind.TRACE, walker.branch_towards(bearing)))
+        found += [(edge_map, *walker.true_edge()) for step in steps for edge_map in step.edge_maps]
+    return found
 
 
 def cloud(rng: np.random.Generator, n: int, std: float) -> tuple[np.ndarray, PointMap]:

@@ -88,3 +88,28 @@ def test_losing_the_way_asks_for_the_gvg_again() -> None:
     assert again is not None
     assert again.kind.name == "ACCESS"
     assert server.state.graph.nodes[0].branches[goal.branch].attempts == 1
+
+
+@pytest.mark.parametrize(("reach_m", "length_m"), [(0.5, 0.0), (1.8, 3.6)])
+def test_turning_round_near_a_node_is_no_edge(reach_m: float, length_m: float) -> None:
+    """Announced on the branch of a known edge: that edge stays, the branch left by is still to be explored."""
+    walker = EdgeWalker(floor(4), 0, np.random.default_rng(4), CALM)
+    server = AtlasServer()
+    goal = server.step(0, (), (), ()).goal
+    for _ in range(2):
+        assert goal is not None
+        for step in walker.follow(goal):
+            goal = server.step(step.stamp_ns, step.events, step.edge_maps, step.links).goal
+    assert goal is not None
+    graph, here = server.state.graph, server.mapper.here
+    assert here is not None
+    driven = next(branch for branch in graph.nodes[here.node].branches.values() if branch.edge is not None)
+    back = walker.bearing_of(here.keys.index(driven.key))
+    for step in walker.turn_round(goal.branch, back, reach_m, length_m):
+        server.step(step.stamp_ns, step.events, step.edge_maps, step.links)
+    assert server.mapper.here is not None
+    assert server.mapper.here.node == here.node
+    assert list(graph.edges) == [driven.edge]
+    assert server.state.closures == 0
+    left = graph.nodes[here.node].branches[here.keys[goal.branch]]
+    assert (left.attempts, left.unexplored) == (1, True)

@@ -88,10 +88,7 @@ def read_log(bag: Path) -> RunLog:
 
 def explored_graph(graph: AtlasGraph, log: RunLog) -> ExploredGraph:
     """Return the atlas's graph with the true place of every visit."""
-    order = {
-        node.id: [b.key for b in node.ordered() if b.edge is not None or not b.given_up]
-        for node in graph.nodes.values()
-    }
+    order = {node.id: node.slots() for node in graph.nodes.values()}
     nodes = tuple(_explored_node(node, len(order[node.id]), log) for node in graph.nodes.values())
     edges = tuple(
         ExploredEdge(
