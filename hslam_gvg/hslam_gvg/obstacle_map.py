@@ -26,6 +26,9 @@ SAME_NORMAL = 0.2
 CAPACITY = 2048
 FILL_STEP_M = 0.12
 """Distance between the points that stand for a stretch of wall."""
+TOUCHED = (-0.5, 0.0, 0.5)
+"""Directions (rad from the way) of the points that stand for what the body has touched."""
+TOUCH_SLACK_M = 0.03
 CROSSING_RATE, LEAST_CROSSING = math.radians(9.0), math.radians(11.0)
 """Crossing angle needed by range (rad/m), and at least: range noise then moves the crossing by some 15 cm at most."""
 SAME_PLACE_M = 0.05
@@ -36,6 +39,8 @@ WARY_M = 2.0
 """Such echoes from this near are kept clear of all the same."""
 SUPPORT = 2
 """An obstacle has been heard more often than once or twice: other echoes lie beside it."""
+WARY_SUPPORT = 1
+"""Two echoes of one place are enough to keep clear of it."""
 CLUSTER = 3
 UNRESOLVED_M = 1.2
 """Echoes that no second arc has placed are believed from this near only: most of them hang in mid-air."""
@@ -94,21 +99,39 @@ class ObstacleMap:
             )
             self.add(Arc(x, y, axis, ping.range_m), ring.cone_half_angle)
 
+    def touch(self, base_in_odom: SE2, direction: float) -> None:
+        """Believe in an obstacle at the body's rim, where the way (1 forwards, -1 backwards) was stopped."""
+        way = base_in_odom.theta + (0.0 if direction > 0.0 else math.pi)
+        azimuths = way + np.array(TOUCHED)
+        reach_m = self._config.body_m + TOUCH_SLACK_M
+        n = self._count
+        if n + len(azimuths) > CAPACITY:
+            self._keep(np.arange(n) >= n // 4)
+            n = self._count
+        end = n + len(azimuths)
+        self._columns[:, n:end] = 0.0
+        self._px[n:end] = base_in_odom.x + reach_m * np.cos(azimuths)
+        self._py[n:end] = base_in_odom.y + reach_m * np.sin(azimuths)
+        self._born[n:end] = self.travel_m
+        self._kind[n:end] = FILL
+        self._count = end
+        self._changed()
+
     def points(self) -> Array:
         """Return every point believed to be an obstacle (n x 2, m, odom); do not write into it."""
         if self._cache is None:
-            self._cache = self._select(UNRESOLVED_M)
+            self._cache = self._select(UNRESOLVED_M, SUPPORT)
         return self._cache
 
     def suspects(self) -> Array:
         """Return the believed points and those that may yet prove obstacles, to keep clear of (n x 2, m, odom)."""
         if self._wary_cache is None:
-            self._wary_cache = self._select(WARY_M)
+            self._wary_cache = self._select(WARY_M, WARY_SUPPORT)
         return self._wary_cache
 
-    def _select(self, unresolved_m: float) -> Array:
+    def _select(self, unresolved_m: float, support: int) -> Array:
         n = self._count
-        kind, heard_often = self._kind[:n], self._support[:n] >= SUPPORT
+        kind, heard_often = self._kind[:n], self._support[:n] >= support
         chosen = (kind == FILL) | (heard_often & (kind == RESOLVED))
         unresolved, heard_m = kind == UNRESOLVED, self._range[:n]
         chosen |= heard_often & unresolved & (heard_m < unresolved_m)

@@ -8,6 +8,7 @@ import math
 from dataclasses import dataclass
 from enum import Enum
 
+from hslam_gvg.caution import Caution
 from hslam_gvg.closest_points import ahead, beside, closest_points
 from hslam_gvg.config import GvgConfig
 from hslam_gvg.control import access, drive, follow, trace
@@ -18,6 +19,8 @@ from hslam_gvg.obstacle_map import ObstacleMap
 from hslam_gvg.probe import Probe
 from hslam_gvg.reduced_graph import ReducedNode
 from hslam_gvg.safety import Reflex
+from hslam_gvg.stall import StallWatch
+from hslam_gvg.trail import Trail
 from hslam_types.errors import HslamError
 from hslam_types.gvg_events import EventKind, GoalKind, GvgEvent, GvgGoal, NodeKind, NodeView
 from hslam_types.se2 import SE2, wrap
@@ -31,7 +34,7 @@ STUCK_S = 4.0
 SECOND_LOOKS = 2
 SECOND_LOOK_M = 1.0
 COURSE_BACK_M = 1.0
-OPENING, SLOWING, SLOWEST = 1.12, 2.5, 0.4
+OPENING, SLOWING, SLOWEST = 1.12, 2.5, 0.2
 """Where the clearance grows by more than a factor a side opens: slower, the edge at its far end answers seldom."""
 WIDER, NARROWER = 0.006, 0.05
 """Shares of the usual clearance renewed at each step."""
@@ -61,6 +64,7 @@ class GvgState(Enum):
     SETTLING = "settling"
     RESUMING = "resuming"
     BACKING = "backing"
+    RECOILING = "recoiling"
     STRAIGHT = "straight"
 
 
@@ -82,7 +86,9 @@ class GvgServer:
         self.map = ObstacleMap(config)
         self.node: NodeView | None = None
         """The node the robot stands at, from its arrival to its departure."""
-        self._reflex = Reflex(config)
+        self._reflex, self._caution, self._stall, self._trail = Reflex(config), Caution(config), StallWatch(), Trail()
+        self._interrupted = GvgState.IDLE
+        self._back_to = (0.0, 0.0)
         self._detector = NodeDetector(config)
         self._journey = Journey()
         self._state = GvgState.IDLE
@@ -97,6 +103,7 @@ class GvgServer:
             GvgState.SETTLING: self._settle,
             GvgState.RESUMING: self._resume,
             GvgState.BACKING: self._back_off,
+            GvgState.RECOILING: self._recoil,
             GvgState.STRAIGHT: self._straight,
         }
         self._pose, self._stamp_ns, self._since_ns = SE2(), 0, 0
@@ -144,9 +151,16 @@ class GvgServer:
         self.map.move(self._pose)
         self.map.hear(sonar, poses)
         self._reflex.hear(sonar, poses)
+        self._caution.hear(sonar, poses)
+        self._stall.see(odom)
+        self._trail.advance(self._pose.x, self._pose.y)
+        if self._stall.stalled:
+            self._touched()
         wanted = self._handlers[self._state]()
+        wanted = self._caution.limit(wanted, self._pose, self.map.suspects(), self._trail)
         command = self._reflex.limit(wanted, self._pose)
-        if not self._reflex.blocked:
+        self._stall.tell(command)
+        if not self._is_blocked():
             self._blocked_ns = self._stamp_ns
         return GvgOutput(command, tuple(self._events), self._state)
 
@@ -168,6 +182,7 @@ class GvgServer:
         if not near:
             return Velocity(self.config.cruise_m_s * 0.5, 0.0)
         wide = near[0].distance_m >= self.config.wide_m
+        self._room = min(near[0].distance_m, self.config.wide_m)
         if wide or (len(near) > 1 and near[1].distance_m - near[0].distance_m < ACCESS_TOLERANCE_M) or self._stuck():
             return self._accessed()
         return drive(
@@ -295,7 +310,7 @@ class GvgServer:
     def _probe(self) -> Velocity:
         """Step along each edge and back, so that the map shows what the node's middle hides."""
         command = self._plan.step(
-            self._pose, self._stamp_ns, self._pace(0.8), self.config.turn_rad_s, self._reflex.blocked
+            self._pose, self._stamp_ns, self._pace(0.8), self.config.turn_rad_s, self._is_blocked()
         )
         return command if command is not None else self._confirm(GvgState.SETTLING)
 
@@ -355,10 +370,15 @@ class GvgServer:
         return Velocity()
 
     def _back_off(self) -> Velocity:
-        """Step back from what blocks the way, then take one that is not blocked; where none is left, the edge ends."""
-        x, y, heading = self._pose
-        if self._waited_s() < BACKING_S and not self._reflex.blocked:
+        """Step back from what blocks the way, then take one that is not blocked."""
+        if self._waited_s() < BACKING_S and not self._is_blocked():
             return Velocity(-self._pace(0.5), 0.0)
+        self._go_another_way()
+        return Velocity()
+
+    def _go_another_way(self) -> None:
+        """Take a way that is not blocked; where none is left, the edge ends."""
+        x, y, heading = self._pose
         ways = self._detector.graph(self.map.points(), x, y).passing(x, y)
         back = self._journey.came_from(x, y, self.config.chord_m)
         on = [w for w in self._unobstructed(ways) if back is None or abs(wrap(w - back)) > NOT_BACK]
@@ -368,11 +388,10 @@ class GvgServer:
         elif back is not None and self._journey.length_m > LEAST_EDGE_M:
             near = closest_points(self.map.points(), x, y, self.config.reach_m, self.config.separation, most=1)
             clearance_m = near[0].distance_m if near else self.config.crawl_m
-            return self._arrive(ReducedNode(x, y, clearance_m, (back,)))
+            self._arrive(ReducedNode(x, y, clearance_m, (back,)))
         else:
             self._announce(EventKind.LOST)
             self._enter(GvgState.IDLE)
-        return Velocity()
 
     def _unobstructed(self, ways: tuple[float, ...]) -> list[float]:
         """Return the ways that have not just proved blocked from about here."""
@@ -393,6 +412,47 @@ class GvgServer:
             return Velocity()
         return go_to(self._pose, x, y, self._pace(0.8), self.config.turn_rad_s)
 
+    def _touched(self) -> None:
+        """Something holds the body: remember it there and go back the way that led here."""
+        x, y, heading = self._pose
+        way = heading if self._stall.direction > 0.0 else wrap(heading + math.pi)
+        self.map.touch(self._pose, self._stall.direction)
+        self._obstructions.append((x, y, way, self.map.travel_m + self.config.suppress_travel_m))
+        self._stall = StallWatch()
+        if self._state != GvgState.RECOILING:
+            self._interrupted = self._state
+            self._back_to = self._trail.before(self._pose.x, self._pose.y, self.config.recoil_m)
+            self._enter(GvgState.RECOILING)
+        else:
+            self._recoiled()
+
+    def _recoil(self) -> Velocity:
+        """Drive back along the trail, then let what was under way take note."""
+        x, y = self._back_to
+        there = math.hypot(x - self._pose.x, y - self._pose.y) <= 2.0 * self.config.home_tolerance_m
+        if there or self._stuck():
+            self._recoiled()
+            return Velocity()
+        return go_to(self._pose, x, y, self._pace(0.5), self.config.turn_rad_s)
+
+    def _recoiled(self) -> None:
+        state = self._interrupted
+        if state == GvgState.HOMING:
+            self._confirm(GvgState.PROBING)
+        elif state == GvgState.SETTLING:
+            self._arrive(self._aim())
+        elif state == GvgState.PROBING:
+            self._plan.skip()
+            self._enter(GvgState.PROBING)
+        elif state == GvgState.STRAIGHT:
+            self._announce(EventKind.LOST)
+            self._enter(GvgState.IDLE)
+        elif state == GvgState.ACCESSING:
+            self._enter(GvgState.ACCESSING)
+        else:
+            self._tries += 1
+            self._go_another_way()
+
     # What the states share.
 
     def _aim(self) -> ReducedNode:
@@ -408,6 +468,9 @@ class GvgServer:
     def _announce(self, kind: EventKind, node: NodeView | None = None, branch: int = -1, length_m: float = 0.0) -> None:
         self._events.append(GvgEvent(self._sequence, self._stamp_ns, kind, node, branch, length_m))
         self._sequence += 1
+
+    def _is_blocked(self) -> bool:
+        return self._reflex.blocked or self._caution.blocked
 
     def _waited_s(self) -> float:
         return (self._stamp_ns - self._since_ns) * 1e-9
