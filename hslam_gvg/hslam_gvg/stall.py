@@ -24,25 +24,24 @@ class StallWatch:
         self._held_s = 0.0
 
     @property
-    def stalled(self) -> bool:
-        """Whether the base has been held for `STALL_S`."""
-        return self._held_s >= STALL_S
-
-    @property
     def direction(self) -> float:
         """The sign of the motion last commanded: 1 forwards, -1 backwards."""
         return -1.0 if self._told < 0.0 else 1.0
 
-    def see(self, odom: OdometrySample) -> None:
-        """Take the odometry that answers the last command."""
+    def sees(self, odom: OdometrySample) -> bool:
+        """Take the odometry that answers the last command; True once the base has been held for `STALL_S`."""
         before, self._before = self._before, odom
         if before is None:
-            return
+            return False
         elapsed_s = (odom.stamp_ns - before.stamp_ns) * 1e-9
         ahead, aside = before.base_in_odom.inverse().apply(odom.base_in_odom.x, odom.base_in_odom.y)
         told_m = abs(self._told) * elapsed_s
         held = abs(self._told) >= LEAST_M_S and abs(ahead) + abs(aside) < HELD * told_m
         self._held_s = self._held_s + elapsed_s if held else 0.0
+        if self._held_s < STALL_S:
+            return False
+        self._held_s = 0.0
+        return True
 
     def tell(self, command: Velocity) -> None:
         """Take the command that goes out; a change of direction begins anew."""
