@@ -68,8 +68,11 @@ class Caution:
         heard = (dx * c + dy * s >= self._least_cosine * distance) & (distance <= reach_m)
         return int(np.count_nonzero(heard))
 
-    def limit(self, wanted: Velocity, base_in_odom: SE2, suspects: Array, trail: Trail) -> Velocity:
-        """Return the command at the pace that what is known allows; turning stays as wanted."""
+    def limit(self, wanted: Velocity, base_in_odom: SE2, suspects: Array, stops: Array, trail: Trail) -> Velocity:
+        """Return the command at the pace that what is known allows; turning stays as wanted.
+
+        Towards ``suspects`` (n x 2, m, odom) the body creeps at the end, before ``stops`` it stands still.
+        """
         config = self._config
         self.blocked = False
         speed = abs(wanted.forward)
@@ -80,17 +83,27 @@ class Caution:
         c, s = math.cos(way), math.sin(way)
         if trail.has(x + BODY_NEXT_M * c, y + BODY_NEXT_M * s):
             return wanted
-        dx, dy = suspects[:, 0] - x, suspects[:, 1] - y
+        if self._room_m(stops, x, y, c, s)[0] <= 0.0:
+            self.blocked = True
+            return Velocity(0.0, wanted.turn)
+        room_m, free_m = self._room_m(suspects, x, y, c, s)
+        # What the most listening would allow, first: what is needed takes longer to find out.
+        listened = self.listened(x + NEXT_M * c, y + NEXT_M * s)
+        allowed = _pace(free_m, FROM_WALLS - listened)
+        if speed > allowed:
+            allowed = _pace(free_m, self._needed(suspects, x, y, way) - listened)
+        allowed = max(config.creep_m_s, min(allowed, APPROACH_RATE * room_m))
+        return Velocity(math.copysign(min(speed, allowed), wanted.forward), wanted.turn)
+
+    def _room_m(self, points: Array, x: float, y: float, c: float, s: float) -> tuple[float, float]:
+        """Return the room of the body towards the points in its way (cosine, sine), and the distance to any point."""
+        if not len(points):
+            return math.inf, self._config.reach_m
+        dx, dy = points[:, 0] - x, points[:, 1] - y
         distance = np.sqrt(dx * dx + dy * dy)
         in_way = distance[dx * c + dy * s > AHEAD * distance]
-        room_m = float(in_way.min()) - config.body_m - TIGHT_M if len(in_way) else math.inf
-        self.blocked = room_m <= 0.0
-        listened = self.listened(x + NEXT_M * c, y + NEXT_M * s)
-        missing = self._needed(suspects, x, y, way) - listened
-        free_m = float(distance.min()) if len(distance) else config.reach_m
-        allowed = PING_RATE * free_m / missing if missing > 0.0 else math.inf
-        allowed = 0.0 if self.blocked else max(config.creep_m_s, min(allowed, APPROACH_RATE * room_m))
-        return Velocity(math.copysign(min(speed, allowed), wanted.forward), wanted.turn)
+        room_m = float(in_way.min()) - self._config.body_m - TIGHT_M if len(in_way) else math.inf
+        return room_m, float(distance.min())
 
     def _needed(self, suspects: Array, x: float, y: float, way: float) -> float:
         """Return how many pings are to listen ahead: more where what is known on either side lies behind."""
@@ -100,3 +113,8 @@ class Caution:
             return BESIDE_WALLS
         share = min(1.0, (ABREAST - foremost) / (ABREAST - BEHIND))
         return BESIDE_WALLS + share * (FROM_WALLS - BESIDE_WALLS)
+
+
+def _pace(free_m: float, missing: float) -> float:
+    """Return the speed (m/s) at which so many pings more are heard before the end of the free disc is reached."""
+    return PING_RATE * free_m / missing if missing > 0.0 else math.inf

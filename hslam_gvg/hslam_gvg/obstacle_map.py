@@ -18,9 +18,9 @@ from hslam_types.sensing import SonarSweep
 
 Rows = npt.NDArray[np.signedinteger[Any]]
 
-UNRESOLVED, RESOLVED, FILL, EXPLAINED, WITHDRAWN = 0, 1, 2, 3, 4
+UNRESOLVED, RESOLVED, FILL, EXPLAINED, WITHDRAWN, FELT = 0, 1, 2, 3, 4, 5
 """Kinds of rows: an echo at its arc's centre, an echo placed by other arcs, wall between two echoes, an echo beside
-a resolved one (an arc, no point), and a replaced one."""
+a resolved one (an arc, no point), a replaced one, and what the body has touched."""
 TIDY_EVERY_M = 0.05
 SAME_NORMAL = 0.2
 CAPACITY = 2048
@@ -69,8 +69,8 @@ class ObstacleMap:
         self._x, self._y, self._axis, self._range = columns[0], columns[1], columns[2], columns[3]
         self._px, self._py, self._born, self._support = columns[4], columns[5], columns[6], columns[7]
         self._kind = np.zeros(CAPACITY, dtype=np.int64)
-        self._is_arc = np.array([True, True, False, True, False])
-        self._is_solid = np.array([False, True, True, False, False])
+        self._is_arc = np.array([True, True, False, True, False, False])
+        self._is_solid = np.array([False, True, True, False, False, True])
         self._cache: Array | None = None
         self._wary_cache: Array | None = None
 
@@ -113,9 +113,14 @@ class ObstacleMap:
         self._px[n:end] = base_in_odom.x + reach_m * np.cos(azimuths)
         self._py[n:end] = base_in_odom.y + reach_m * np.sin(azimuths)
         self._born[n:end] = self.travel_m
-        self._kind[n:end] = FILL
+        self._kind[n:end] = FELT
         self._count = end
         self._changed()
+
+    def felt(self) -> Array:
+        """Return the points that the body has touched (n x 2, m, odom)."""
+        n = self._count
+        return self._columns[4:6, :n].compress(self._kind[:n] == FELT, axis=1).T
 
     def points(self) -> Array:
         """Return every point believed to be an obstacle (n x 2, m, odom); do not write into it."""
@@ -131,13 +136,15 @@ class ObstacleMap:
 
     def _select(self, unresolved_m: float, support: int) -> Array:
         n = self._count
-        kind, heard_often = self._kind[:n], self._support[:n] >= support
-        chosen = (kind == FILL) | (heard_often & (kind == RESOLVED))
+        kind, heard = self._kind[:n], self._support[:n]
         unresolved, heard_m = kind == UNRESOLVED, self._range[:n]
-        chosen |= heard_often & unresolved & (heard_m < unresolved_m)
-        # An edge seldom answers: a cluster of such echoes is one, even where no two arcs cross well enough.
-        chosen |= (self._support[:n] >= CLUSTER) & unresolved & (heard_m < WARY_M)
-        return np.column_stack((self._px[:n][chosen], self._py[:n][chosen]))
+        chosen = (kind == RESOLVED) | (unresolved & (heard_m < unresolved_m))
+        chosen &= heard >= support
+        if unresolved_m < WARY_M or support > CLUSTER:
+            # An edge seldom answers: a cluster of such echoes is one, even where no two arcs cross well enough.
+            chosen |= (heard >= CLUSTER) & unresolved & (heard_m < WARY_M)
+        chosen |= (kind == FILL) | (kind == FELT)
+        return self._columns[4:6, :n].compress(chosen, axis=1).T
 
     def _changed(self) -> None:
         self._cache = self._wary_cache = None
@@ -163,7 +170,8 @@ class ObstacleMap:
         near = dx * dx + dy * dy < PARTNER_POINTS_M * PARTNER_POINTS_M
         near &= self._born[:n] > self.travel_m - self._config.partner_travel_m
         near &= self._is_arc[self._kind[:n]]
-        return np.flatnonzero(near)
+        rows: Rows = near.nonzero()[0]
+        return rows
 
     def _placed(self, arc: Arc, rows: Rows, half_cone: float) -> tuple[float, int, int | None]:
         """Return a new arc's azimuth, its kind, and the newest row on the same wall, by vote of the older arcs."""
@@ -191,7 +199,11 @@ class ObstacleMap:
     def _repeats(self, arc: Arc, rows: Rows) -> bool:
         """Whether the same sonar has just said the same from the same place: standing still is no evidence."""
         rows = rows[np.abs(self._range[rows] - arc.range_m) < SAME_PLACE_M]
+        if not len(rows):
+            return False
         rows = rows[np.abs(self._x[rows] - arc.x) + np.abs(self._y[rows] - arc.y) < SAME_PLACE_M]
+        if not len(rows):
+            return False
         again = rows[np.abs(wrap_all(self._axis[rows] - arc.axis)) < SAME_AXIS]
         if not len(again):
             return False
@@ -215,7 +227,7 @@ class ObstacleMap:
             n = self._count
         dx, dy = self._px[:n] - x, self._py[:n] - y
         squared = dx * dx + dy * dy
-        near = np.flatnonzero(squared < self._config.speckle_m * self._config.speckle_m)
+        near = (squared < self._config.speckle_m * self._config.speckle_m).nonzero()[0]
         near = near[self._kind[near] != WITHDRAWN]
         squared, kinds = squared[near], self._kind[near]
         self._support[near] += 1.0
@@ -238,7 +250,7 @@ class ObstacleMap:
             return
         share = np.arange(1, steps + 1) / (steps + 1)
         px, py = x + share * (to_x - x), y + share * (to_y - y)
-        solid = np.flatnonzero(self._is_solid[self._kind[:n]] & (np.abs(self._px[:n] - x) < 2.0 * length))
+        solid = (self._is_solid[self._kind[:n]] & (np.abs(self._px[:n] - x) < 2.0 * length)).nonzero()[0]
         dx, dy = np.abs(px[:, None] - self._px[solid]), np.abs(py[:, None] - self._py[solid])
         bare = ~(np.maximum(dx, dy) < 0.5 * FILL_STEP_M).any(axis=1)
         end = n + int(np.count_nonzero(bare))

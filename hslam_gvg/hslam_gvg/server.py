@@ -97,7 +97,10 @@ class GvgServer:
     def _safe(self, wanted: Velocity) -> Velocity:
         """Return the command that the map and the last echoes allow."""
         now = self._now
-        careful = self._caution.limit(wanted, now.pose, now.map.suspects(), now.trail)
+        # Echoes in mid-air must not end an edge: along it only what was felt stops the robot, off it all that is known.
+        suspects = now.map.suspects()
+        stops = now.map.felt() if now.state is GvgState.TRACING else suspects
+        careful = self._caution.limit(wanted, now.pose, suspects, stops, now.trail)
         command = self._reflex.limit(careful, now.pose)
         self._stall.tell(command)
         now.end(blocked=self._caution.blocked or self._reflex.blocked)
