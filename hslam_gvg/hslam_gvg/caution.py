@@ -33,6 +33,11 @@ PING_RATE = 1.4
 """Pings a second that listen to a place: the cones overlap a little and each sonar fires once a second."""
 TIGHT_M, AHEAD = 0.06, 0.5
 """Known obstacles nearer to the body than this stop it, if they lie within 60 deg (a cosine) of the way."""
+TOGETHER_M = 0.1
+"""Points within so much of that are of one obstacle."""
+ONE, SEVERAL = 1, 3
+"""Points that make an obstacle: off the edge any; along it a wall, an edge that answered thrice or a touch, which are
+several, while echoes in mid-air are one or two."""
 APPROACH_RATE = 0.8
 """Speed allowed for each metre of room (1/s)."""
 
@@ -68,10 +73,10 @@ class Caution:
         heard = (dx * c + dy * s >= self._least_cosine * distance) & (distance <= reach_m)
         return int(np.count_nonzero(heard))
 
-    def limit(self, wanted: Velocity, base_in_odom: SE2, suspects: Array, stops: Array, trail: Trail) -> Velocity:
+    def limit(self, wanted: Velocity, base_in_odom: SE2, suspects: Array, trail: Trail, witnesses: int) -> Velocity:
         """Return the command at the pace that what is known allows; turning stays as wanted.
 
-        Towards ``suspects`` (n x 2, m, odom) the body creeps at the end, before ``stops`` it stands still.
+        Towards ``suspects`` (n x 2, m, odom) the body creeps at the end; so many ``witnesses`` together stop it.
         """
         config = self._config
         self.blocked = False
@@ -83,10 +88,14 @@ class Caution:
         c, s = math.cos(way), math.sin(way)
         if trail.has(x + BODY_NEXT_M * c, y + BODY_NEXT_M * s):
             return wanted
-        if self._room_m(stops, x, y, c, s)[0] <= 0.0:
+        dx, dy = suspects[:, 0] - x, suspects[:, 1] - y
+        distance = np.sqrt(dx * dx + dy * dy)
+        in_way = distance[dx * c + dy * s > AHEAD * distance]
+        room_m = float(in_way.min()) - config.body_m - TIGHT_M if len(in_way) else math.inf
+        if room_m <= 0.0 and np.count_nonzero(in_way < config.body_m + TIGHT_M + TOGETHER_M) >= witnesses:
             self.blocked = True
             return Velocity(0.0, wanted.turn)
-        room_m, free_m = self._room_m(suspects, x, y, c, s)
+        free_m = float(distance.min()) if len(distance) else config.reach_m
         # What the most listening would allow, first: what is needed takes longer to find out.
         listened = self.listened(x + NEXT_M * c, y + NEXT_M * s)
         allowed = _pace(free_m, FROM_WALLS - listened)
@@ -94,16 +103,6 @@ class Caution:
             allowed = _pace(free_m, self._needed(suspects, x, y, way) - listened)
         allowed = max(config.creep_m_s, min(allowed, APPROACH_RATE * room_m))
         return Velocity(math.copysign(min(speed, allowed), wanted.forward), wanted.turn)
-
-    def _room_m(self, points: Array, x: float, y: float, c: float, s: float) -> tuple[float, float]:
-        """Return the room of the body towards the points in its way (cosine, sine), and the distance to any point."""
-        if not len(points):
-            return math.inf, self._config.reach_m
-        dx, dy = points[:, 0] - x, points[:, 1] - y
-        distance = np.sqrt(dx * dx + dy * dy)
-        in_way = distance[dx * c + dy * s > AHEAD * distance]
-        room_m = float(in_way.min()) - self._config.body_m - TIGHT_M if len(in_way) else math.inf
-        return room_m, float(distance.min())
 
     def _needed(self, suspects: Array, x: float, y: float, way: float) -> float:
         """Return how many pings are to listen ahead: more where what is known on either side lies behind."""

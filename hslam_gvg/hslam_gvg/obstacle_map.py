@@ -18,9 +18,9 @@ from hslam_types.sensing import SonarSweep
 
 Rows = npt.NDArray[np.signedinteger[Any]]
 
-UNRESOLVED, RESOLVED, FILL, EXPLAINED, WITHDRAWN, FELT = 0, 1, 2, 3, 4, 5
-"""Kinds of rows: an echo at its arc's centre, an echo placed by other arcs, wall between two echoes, an echo beside
-a resolved one (an arc, no point), a replaced one, and what the body has touched."""
+UNRESOLVED, RESOLVED, FILL, EXPLAINED, WITHDRAWN = 0, 1, 2, 3, 4
+"""Kinds of rows: an echo at its arc's centre, an echo placed by other arcs, wall between two echoes or touched by the
+body, an echo beside a resolved one (an arc, no point), and a replaced one."""
 TIDY_EVERY_M = 0.05
 SAME_NORMAL = 0.2
 CAPACITY = 2048
@@ -69,8 +69,8 @@ class ObstacleMap:
         self._x, self._y, self._axis, self._range = columns[0], columns[1], columns[2], columns[3]
         self._px, self._py, self._born, self._support = columns[4], columns[5], columns[6], columns[7]
         self._kind = np.zeros(CAPACITY, dtype=np.int64)
-        self._is_arc = np.array([True, True, False, True, False, False])
-        self._is_solid = np.array([False, True, True, False, False, True])
+        self._is_arc = np.array([True, True, False, True, False])
+        self._is_solid = np.array([False, True, True, False, False])
         self._cache: Array | None = None
         self._wary_cache: Array | None = None
 
@@ -113,14 +113,9 @@ class ObstacleMap:
         self._px[n:end] = base_in_odom.x + reach_m * np.cos(azimuths)
         self._py[n:end] = base_in_odom.y + reach_m * np.sin(azimuths)
         self._born[n:end] = self.travel_m
-        self._kind[n:end] = FELT
+        self._kind[n:end] = FILL
         self._count = end
         self._changed()
-
-    def felt(self) -> Array:
-        """Return the points that the body has touched (n x 2, m, odom)."""
-        n = self._count
-        return self._columns[4:6, :n].compress(self._kind[:n] == FELT, axis=1).T
 
     def points(self) -> Array:
         """Return every point believed to be an obstacle (n x 2, m, odom); do not write into it."""
@@ -143,7 +138,7 @@ class ObstacleMap:
         if unresolved_m < WARY_M or support > CLUSTER:
             # An edge seldom answers: a cluster of such echoes is one, even where no two arcs cross well enough.
             chosen |= (heard >= CLUSTER) & unresolved & (heard_m < WARY_M)
-        chosen |= (kind == FILL) | (kind == FELT)
+        chosen |= kind == FILL
         return self._columns[4:6, :n].compress(chosen, axis=1).T
 
     def _changed(self) -> None:

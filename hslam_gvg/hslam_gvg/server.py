@@ -7,7 +7,7 @@ the state at hand say where to (access, trace, home, probe), bound that by what 
 from collections.abc import Callable
 
 from hslam_gvg.accessing import Accessing
-from hslam_gvg.caution import Caution
+from hslam_gvg.caution import ONE, SEVERAL, Caution
 from hslam_gvg.config import GvgConfig
 from hslam_gvg.departing import Departing
 from hslam_gvg.homing import Homing
@@ -97,10 +97,9 @@ class GvgServer:
     def _safe(self, wanted: Velocity) -> Velocity:
         """Return the command that the map and the last echoes allow."""
         now = self._now
-        # Echoes in mid-air must not end an edge: along it only what was felt stops the robot, off it all that is known.
-        suspects = now.map.suspects()
-        stops = now.map.felt() if now.state is GvgState.TRACING else suspects
-        careful = self._caution.limit(wanted, now.pose, suspects, stops, now.trail)
+        # An echo in mid-air must not end an edge.
+        witnesses = SEVERAL if now.state is GvgState.TRACING else ONE
+        careful = self._caution.limit(wanted, now.pose, now.map.suspects(), now.trail, witnesses)
         command = self._reflex.limit(careful, now.pose)
         self._stall.tell(command)
         now.end(blocked=self._caution.blocked or self._reflex.blocked)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from drawn_walls import DEAD_END, HALF, T_JUNCTION, Wall, ideal_range, points_of
 
-from hslam_gvg.caution import BESIDE_WALLS, Caution
+from hslam_gvg.caution import BESIDE_WALLS, ONE, SEVERAL, Caution
 from hslam_gvg.config import GvgConfig
 from hslam_gvg.obstacle_map import ObstacleMap
 from hslam_gvg.server import GvgServer
@@ -157,48 +157,48 @@ CORRIDOR = points_of(((-8, HALF, 8, HALF), (-8, -HALF, 8, -HALF)))
 BEHIND_ONLY = points_of(((-8, HALF, -1, HALF), (-8, -HALF, -1, -HALF)))
 
 
-NOTHING = np.empty((0, 2))
-
-
 def test_full_speed_takes_listening() -> None:
     caution, base, wish = Caution(GvgConfig()), SE2(), Velocity(0.4, 0.1)
-    unheard = caution.limit(wish, base, CORRIDOR, NOTHING, Trail())
+    unheard = caution.limit(wish, base, CORRIDOR, Trail(), SEVERAL)
     assert 0.0 < unheard.forward < 0.4
     assert unheard.turn == 0.1
     listen(caution, base, int(BESIDE_WALLS))
-    assert caution.limit(wish, base, CORRIDOR, NOTHING, Trail()) == wish
+    assert caution.limit(wish, base, CORRIDOR, Trail(), SEVERAL) == wish
 
 
 def test_away_from_all_that_is_known_it_takes_more() -> None:
     caution, base, wish = Caution(GvgConfig()), SE2(), Velocity(0.4, 0.0)
     listen(caution, base, int(BESIDE_WALLS))
-    slow = caution.limit(wish, base, BEHIND_ONLY, NOTHING, Trail()).forward
+    slow = caution.limit(wish, base, BEHIND_ONLY, Trail(), SEVERAL).forward
     assert 0.0 < slow < 0.3
     listen(caution, base, 20)
-    assert caution.limit(wish, base, BEHIND_ONLY, NOTHING, Trail()) == wish
+    assert caution.limit(wish, base, BEHIND_ONLY, Trail(), SEVERAL) == wish
 
 
 def test_where_the_body_has_been_nothing_slows_it() -> None:
     caution, trail, wish = Caution(GvgConfig()), Trail(), Velocity(-0.4, 0.0)
     for x in np.arange(-1.0, 0.01, 0.05):
         trail.advance(float(x), 0.0)
-    assert caution.limit(wish, SE2(), CORRIDOR, NOTHING, trail) == wish
-    assert caution.limit(Velocity(0.4, 0.0), SE2(), CORRIDOR, NOTHING, trail).forward < 0.4
+    assert caution.limit(wish, SE2(), CORRIDOR, trail, SEVERAL) == wish
+    assert caution.limit(Velocity(0.4, 0.0), SE2(), CORRIDOR, trail, SEVERAL).forward < 0.4
 
 
 def test_what_is_known_to_stand_in_the_way_stops_it() -> None:
     caution, post = Caution(GvgConfig()), np.array([[0.22, 0.05]])
-    assert caution.limit(Velocity(0.1, 0.3), SE2(), post, post, Trail()) == Velocity(0.0, 0.3)
+    assert caution.limit(Velocity(0.1, 0.3), SE2(), post, Trail(), ONE) == Velocity(0.0, 0.3)
     assert caution.blocked
-    assert caution.limit(Velocity(-0.05, 0.0), SE2(), post, post, Trail()) == Velocity(-0.05, 0.0)
+    assert caution.limit(Velocity(-0.05, 0.0), SE2(), post, Trail(), ONE) == Velocity(-0.05, 0.0)
     assert not caution.blocked
 
 
 def test_what_may_be_an_echo_in_mid_air_slows_it_only() -> None:
     config = GvgConfig()
     caution, ghost = Caution(config), np.array([[0.22, 0.05]])
-    assert caution.limit(Velocity(0.4, 0.3), SE2(), ghost, NOTHING, Trail()) == Velocity(config.creep_m_s, 0.3)
+    assert caution.limit(Velocity(0.4, 0.3), SE2(), ghost, Trail(), SEVERAL) == Velocity(config.creep_m_s, 0.3)
     assert not caution.blocked
+    edge = ghost + np.array([[0.0, 0.0], [0.03, 0.0], [0.05, 0.02]])
+    assert caution.limit(Velocity(0.4, 0.3), SE2(), edge, Trail(), SEVERAL) == Velocity(0.0, 0.3)
+    assert caution.blocked
 
 
 def test_the_trail_leads_back() -> None:
