@@ -67,35 +67,34 @@ def relate(new: Arc, old: Arcs, half_cone: float, least_crossing: float, least_s
     A crossing counts within both cones at more than ``least_crossing`` (rad); a tangent needs transducers at
     least ``least_step_m`` apart and a normal that both cones can hear.
     """
-    # Unit vectors throughout: along the base (u), the axes, and the directions sought, as cosine pairs.
+    # Unit vectors throughout: along the base (u), the axes (a, b), and the directions sought, as cosine pairs.
     dx, dy = old.x - new.x, old.y - new.y
     gap = np.maximum(np.sqrt(dx * dx + dy * dy), SAME_FACE_M)
     ux, uy = dx / gap, dy / gap
     r, q = new.range_m, old.range_m
     ax, ay = math.cos(new.axis), math.sin(new.axis)
     bx, by = np.cos(old.axis), np.sin(old.axis)
+
+    # Cosine between u and the crossing p (law of cosines in the triangle transducer - transducer - intersection),
+    # and between u and the tangent's normal n (n . (c_old - c_new) = r_new - r_old).
+    cosine = np.array(((r * r + gap * gap - q * q) / (2.0 * r * gap), (r - q) / gap))
+    sine = np.sqrt(np.maximum(1.0 - cosine * cosine, 0.0))
+    wall_length = gap * sine[1]
     # The solution on the side of the base that the new sonar looks to.
-    side = np.where(ux * ay - uy * ax >= 0.0, 1.0, -1.0)
-
-    # Crossing p: law of cosines in the triangle transducer - transducer - intersection.
-    cosine = (r * r + gap * gap - q * q) / (2.0 * r * gap)
-    sine = side * np.sqrt(np.maximum(1.0 - cosine * cosine, 0.0))
-    px, py = cosine * ux - sine * uy, cosine * uy + sine * ux
+    sine *= np.where(ux * ay - uy * ax >= 0.0, 1.0, -1.0)
+    towards_x, towards_y = cosine * ux - sine * uy, cosine * uy + sine * ux
+    px, py = towards_x[0], towards_y[0]
     ox, oy = (r * px - dx) / q, (r * py - dy) / q
-    least = math.cos(half_cone)
-    crosses = np.abs(cosine) < 1.0
-    crosses &= px * ox + py * oy < math.cos(least_crossing)
-    crosses &= (px * ax + py * ay >= least) & (ox * bx + oy * by >= least)
+    on_axis = towards_x * ax + towards_y * ay
 
-    # Tangent: n . (c_old - c_new) = r_new - r_old for the unit normal n.
-    tilt = (r - q) / gap
-    across = np.sqrt(np.maximum(1.0 - tilt * tilt, 0.0))
-    nx, ny = tilt * ux - side * across * uy, tilt * uy + side * across * ux
-    heard = math.cos(half_cone + WALL_SLACK)
-    wall_length = gap * across
+    least, heard = math.cos(half_cone), math.cos(half_cone + WALL_SLACK)
+    crosses = np.abs(cosine[0]) < 1.0
+    crosses &= px * ox + py * oy < math.cos(least_crossing)
+    crosses &= (on_axis[0] >= least) & (ox * bx + oy * by >= least)
     touches = wall_length > max(least_step_m, LEVERAGE * r * r)
-    touches &= (nx * ax + ny * ay >= heard) & (nx * bx + ny * by >= heard)
-    return Relations(crosses, np.arctan2(py, px), np.arctan2(oy, ox), touches, np.arctan2(ny, nx), wall_length)
+    touches &= (on_axis[1] >= heard) & (towards_x[1] * bx + towards_y[1] * by >= heard)
+    azimuth = np.arctan2(towards_y, towards_x)
+    return Relations(crosses, azimuth[0], np.arctan2(oy, ox), touches, azimuth[1], wall_length)
 
 
 def median_azimuth(azimuths: Array, axis: float) -> float:

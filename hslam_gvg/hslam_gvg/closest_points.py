@@ -41,7 +41,7 @@ def closest_points(
     """
     dx, dy = points[:, 0] - x, points[:, 1] - y
     squared = dx * dx + dy * dy
-    near = np.flatnonzero(squared < reach_m * reach_m)
+    near = (squared < reach_m * reach_m).nonzero()[0]
     if not len(near):
         return []
     distance = np.sqrt(squared[near])
@@ -70,9 +70,9 @@ def beside(
     c, s = math.cos(heading), math.sin(heading)
     left = c * dy - s * dx
     # A cone ahead and one behind belong to neither side: what stands there is met, not passed.
-    aside = np.abs(left) > 0.25 * np.sqrt(squared)
-    near = aside & (squared < reach_m * reach_m)
-    return _nearest(dx, dy, squared, near & (left > 0.0)), _nearest(dx, dy, squared, near & (left < 0.0))
+    near = (np.abs(left) > 0.25 * np.sqrt(squared)) & (squared < reach_m * reach_m)
+    on_left = left > 0.0
+    return _nearest(dx, dy, squared, near & on_left), _nearest(dx, dy, squared, near & ~on_left)
 
 
 def ahead(points: Array, x: float, y: float, heading: float, half_width_m: float, reach_m: float) -> float:
@@ -85,8 +85,8 @@ def ahead(points: Array, x: float, y: float, heading: float, half_width_m: float
 
 
 def _nearest(dx: Array, dy: Array, squared: Array, which: Flags) -> ClosestPoint | None:
-    rows = np.flatnonzero(which)
+    rows = which.nonzero()[0]
     if not len(rows):
         return None
-    i = rows[int(np.argmin(squared[rows]))]
+    i = rows[squared[rows].argmin()]
     return ClosestPoint(math.sqrt(squared[i]), math.atan2(dy[i], dx[i]))

@@ -91,3 +91,5 @@ class GvgConfig(Configuration):
     # Safety.
     crawl_m: float = parameter(0.30, "an echo ahead nearer than this: crawl", low=0.05, high=2.0, unit="m")
     stop_m: float = parameter(0.20, "two echoes ahead nearer than this: stop", low=0.02, high=1.0, unit="m")
+    creep_m_s: float = parameter(0.06, "speed where the ring has not listened enough", low=0.01, high=1.0, unit="m/s")
+    recoil_m: float = parameter(0.3, "way back along the trail after the body was held", low=0.05, high=2.0, unit="m")

@@ -19,13 +19,16 @@ from hslam_types.sensing import SonarSweep
 Rows = npt.NDArray[np.signedinteger[Any]]
 
 UNRESOLVED, RESOLVED, FILL, EXPLAINED, WITHDRAWN = 0, 1, 2, 3, 4
-"""Kinds of rows: an echo at its arc's centre, an echo placed by other arcs, wall between two echoes, an echo beside
-a resolved one (an arc, no point), and a replaced one."""
+"""Kinds of rows: an echo at its arc's centre, an echo placed by other arcs, wall between two echoes or touched by the
+body, an echo beside a resolved one (an arc, no point), and a replaced one."""
 TIDY_EVERY_M = 0.05
 SAME_NORMAL = 0.2
 CAPACITY = 2048
 FILL_STEP_M = 0.12
 """Distance between the points that stand for a stretch of wall."""
+TOUCHED = (-0.5, 0.0, 0.5)
+"""Directions (rad from the way) of the points that stand for what the body has touched."""
+TOUCH_SLACK_M = 0.03
 CROSSING_RATE, LEAST_CROSSING = math.radians(9.0), math.radians(11.0)
 """Crossing angle needed by range (rad/m), and at least: range noise then moves the crossing by some 15 cm at most."""
 SAME_PLACE_M = 0.05
@@ -36,6 +39,8 @@ WARY_M = 2.0
 """Such echoes from this near are kept clear of all the same."""
 SUPPORT = 2
 """An obstacle has been heard more often than once or twice: other echoes lie beside it."""
+WARY_SUPPORT = 1
+"""Two echoes of one place are enough to keep clear of it."""
 CLUSTER = 3
 UNRESOLVED_M = 1.2
 """Echoes that no second arc has placed are believed from this near only: most of them hang in mid-air."""
@@ -94,27 +99,47 @@ class ObstacleMap:
             )
             self.add(Arc(x, y, axis, ping.range_m), ring.cone_half_angle)
 
+    def touch(self, base_in_odom: SE2, direction: float) -> None:
+        """Believe in an obstacle at the body's rim, where the way (1 forwards, -1 backwards) was stopped."""
+        way = base_in_odom.theta + (0.0 if direction > 0.0 else math.pi)
+        azimuths = way + np.array(TOUCHED)
+        reach_m = self._config.body_m + TOUCH_SLACK_M
+        n = self._count
+        if n + len(azimuths) > CAPACITY:
+            self._keep(np.arange(n) >= n // 4)
+            n = self._count
+        end = n + len(azimuths)
+        self._columns[:, n:end] = 0.0
+        self._px[n:end] = base_in_odom.x + reach_m * np.cos(azimuths)
+        self._py[n:end] = base_in_odom.y + reach_m * np.sin(azimuths)
+        self._born[n:end] = self.travel_m
+        self._kind[n:end] = FILL
+        self._count = end
+        self._changed()
+
     def points(self) -> Array:
         """Return every point believed to be an obstacle (n x 2, m, odom); do not write into it."""
         if self._cache is None:
-            self._cache = self._select(UNRESOLVED_M)
+            self._cache = self._select(UNRESOLVED_M, SUPPORT)
         return self._cache
 
     def suspects(self) -> Array:
         """Return the believed points and those that may yet prove obstacles, to keep clear of (n x 2, m, odom)."""
         if self._wary_cache is None:
-            self._wary_cache = self._select(WARY_M)
+            self._wary_cache = self._select(WARY_M, WARY_SUPPORT)
         return self._wary_cache
 
-    def _select(self, unresolved_m: float) -> Array:
+    def _select(self, unresolved_m: float, support: int) -> Array:
         n = self._count
-        kind, heard_often = self._kind[:n], self._support[:n] >= SUPPORT
-        chosen = (kind == FILL) | (heard_often & (kind == RESOLVED))
+        kind, heard = self._kind[:n], self._support[:n]
         unresolved, heard_m = kind == UNRESOLVED, self._range[:n]
-        chosen |= heard_often & unresolved & (heard_m < unresolved_m)
-        # An edge seldom answers: a cluster of such echoes is one, even where no two arcs cross well enough.
-        chosen |= (self._support[:n] >= CLUSTER) & unresolved & (heard_m < WARY_M)
-        return np.column_stack((self._px[:n][chosen], self._py[:n][chosen]))
+        chosen = (kind == RESOLVED) | (unresolved & (heard_m < unresolved_m))
+        chosen &= heard >= support
+        if unresolved_m < WARY_M or support > CLUSTER:
+            # An edge seldom answers: a cluster of such echoes is one, even where no two arcs cross well enough.
+            chosen |= (heard >= CLUSTER) & unresolved & (heard_m < WARY_M)
+        chosen |= kind == FILL
+        return self._columns[4:6, :n].compress(chosen, axis=1).T
 
     def _changed(self) -> None:
         self._cache = self._wary_cache = None
@@ -140,7 +165,8 @@ class ObstacleMap:
         near = dx * dx + dy * dy < PARTNER_POINTS_M * PARTNER_POINTS_M
         near &= self._born[:n] > self.travel_m - self._config.partner_travel_m
         near &= self._is_arc[self._kind[:n]]
-        return np.flatnonzero(near)
+        rows: Rows = near.nonzero()[0]
+        return rows
 
     def _placed(self, arc: Arc, rows: Rows, half_cone: float) -> tuple[float, int, int | None]:
         """Return a new arc's azimuth, its kind, and the newest row on the same wall, by vote of the older arcs."""
@@ -168,7 +194,11 @@ class ObstacleMap:
     def _repeats(self, arc: Arc, rows: Rows) -> bool:
         """Whether the same sonar has just said the same from the same place: standing still is no evidence."""
         rows = rows[np.abs(self._range[rows] - arc.range_m) < SAME_PLACE_M]
+        if not len(rows):
+            return False
         rows = rows[np.abs(self._x[rows] - arc.x) + np.abs(self._y[rows] - arc.y) < SAME_PLACE_M]
+        if not len(rows):
+            return False
         again = rows[np.abs(wrap_all(self._axis[rows] - arc.axis)) < SAME_AXIS]
         if not len(again):
             return False
@@ -192,7 +222,7 @@ class ObstacleMap:
             n = self._count
         dx, dy = self._px[:n] - x, self._py[:n] - y
         squared = dx * dx + dy * dy
-        near = np.flatnonzero(squared < self._config.speckle_m * self._config.speckle_m)
+        near = (squared < self._config.speckle_m * self._config.speckle_m).nonzero()[0]
         near = near[self._kind[near] != WITHDRAWN]
         squared, kinds = squared[near], self._kind[near]
         self._support[near] += 1.0
@@ -215,7 +245,7 @@ class ObstacleMap:
             return
         share = np.arange(1, steps + 1) / (steps + 1)
         px, py = x + share * (to_x - x), y + share * (to_y - y)
-        solid = np.flatnonzero(self._is_solid[self._kind[:n]] & (np.abs(self._px[:n] - x) < 2.0 * length))
+        solid = (self._is_solid[self._kind[:n]] & (np.abs(self._px[:n] - x) < 2.0 * length)).nonzero()[0]
         dx, dy = np.abs(px[:, None] - self._px[solid]), np.abs(py[:, None] - self._py[solid])
         bare = ~(np.maximum(dx, dy) < 0.5 * FILL_STEP_M).any(axis=1)
         end = n + int(np.count_nonzero(bare))

@@ -42,6 +42,12 @@ class Probe:
             steps += [tip, (node.x, node.y)]
         return cls(tuple(steps))
 
+    def skip(self) -> None:
+        """Give up the step under way."""
+        if self._steps:
+            self._steps.pop(0)
+        self._began_ns = None
+
     def step(
         self, base_in_odom: SE2, stamp_ns: int, speed: float, fastest_turn: float, blocked: bool
     ) -> Velocity | None:

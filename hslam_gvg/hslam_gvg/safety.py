@@ -13,7 +13,9 @@ from hslam_types.se2 import SE2
 from hslam_types.sensing import SonarSweep, Velocity
 
 HEARD_NS = 1_300_000_000
-"""Echoes are minded for a little longer than a full sweep of the ring takes."""
+"""Echoes are minded for a little longer than a full sweep of the ring takes,"""
+CREPT_NS, CREPT_M = 2_600_000_000, 0.3
+"""and for so long where the robot has hardly moved since: an edge that has answered once may keep silent then."""
 SIDE_ROOM_M = 0.06
 APPROACH_RATE = 0.8
 """Speed allowed for each metre of room (1/s): it must halve faster than the ring goes round."""
@@ -24,6 +26,7 @@ class _Echo(NamedTuple):
     stamp_ns: int
     x: float
     y: float
+    travel_m: float
 
 
 class Reflex:
@@ -33,7 +36,8 @@ class Reflex:
         """Start without echoes."""
         self._config = config
         self._echoes: deque[_Echo] = deque()
-        self._body_m = 0.0
+        self._body_m = self._travel_m = 0.0
+        self._at: SE2 | None = None
         self.blocked = False
         """Whether the last command was stopped."""
 
@@ -41,13 +45,20 @@ class Reflex:
         """Take a sweep; ``poses`` holds base_link in odom at each ping."""
         ring = sweep.ring
         self._body_m = ring.mount_radius_m
-        while self._echoes and sweep.stamp_ns - self._echoes[0].stamp_ns > HEARD_NS:
+        while self._echoes and self._is_old(self._echoes[0], sweep.stamp_ns):
             self._echoes.popleft()
         for ping, pose in zip(sweep.pings, poses, strict=True):
+            if self._at is not None:
+                self._travel_m += math.hypot(pose.x - self._at.x, pose.y - self._at.y)
+            self._at = pose
             if ping.range_m < 1.5:
                 axis, reach = ring.bearings[ping.sensor], ring.mount_radius_m + ping.range_m
                 x, y = pose.apply(reach * math.cos(axis), reach * math.sin(axis))
-                self._echoes.append(_Echo(ping.stamp_ns, x, y))
+                self._echoes.append(_Echo(ping.stamp_ns, x, y, self._travel_m))
+
+    def _is_old(self, echo: _Echo, stamp_ns: int) -> bool:
+        age_ns = stamp_ns - echo.stamp_ns
+        return age_ns > HEARD_NS and (age_ns > CREPT_NS or self._travel_m - echo.travel_m > CREPT_M)
 
     def room(self, base_in_odom: SE2, backwards: bool) -> tuple[float, float]:
         """Return the nearest and the second nearest room (m) from the body to echoes in its way; inf for none."""

@@ -49,5 +49,17 @@ def test_speed_falls_with_the_room() -> None:
 
 def test_old_echoes_are_forgotten() -> None:
     reflex = reflex_hearing((0, 0.18), (0, 0.18))
-    reflex.hear(SonarSweep(2_000_000_000, SCOUT_RING, ()), ())
+    reflex.hear(SonarSweep(3_000_000_000, SCOUT_RING, ()), ())
     assert reflex.limit(Velocity(0.4), HERE) == Velocity(0.4)
+
+
+def test_an_edge_that_falls_silent_is_minded_while_the_robot_hardly_moves() -> None:
+    def limited(moved_m: float) -> Velocity:
+        reflex = reflex_hearing((0, 0.5), (0, 0.5))
+        there = SE2(*HERE.apply(moved_m, 0.0), HERE.theta)
+        for stamp_ns in (1_900_000_000, 2_000_000_000):
+            reflex.hear(SonarSweep(stamp_ns, SCOUT_RING, (SonarPing(8, stamp_ns, math.inf),)), (there,))
+        return reflex.limit(Velocity(0.4), there)
+
+    assert limited(0.2).forward < 0.2
+    assert limited(0.4) == Velocity(0.4)

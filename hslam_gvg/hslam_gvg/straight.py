@@ -1,0 +1,34 @@
+"""A straight drive to a point nearer than any obstacle, off the GVG."""
+
+from hslam_gvg.motion import go_to
+from hslam_gvg.situation import STUCK_S, Situation
+from hslam_gvg.states import GvgState
+from hslam_types.sensing import Velocity
+
+PACE = 0.8
+
+
+class Straight:
+    """The state STRAIGHT."""
+
+    def __init__(self, situation: Situation) -> None:
+        """Work on the situation shared by all states."""
+        self._now = situation
+        self._goal = (0.0, 0.0)
+
+    def begin(self, x: float, y: float) -> None:
+        """Take the point to drive to (m, odom)."""
+        self._now.node = None
+        self._goal = (x, y)
+        self._now.enter(GvgState.STRAIGHT)
+
+    def drive(self) -> Velocity:
+        """Drive there; idle when there, lost when something stands in the way."""
+        now = self._now
+        if now.distance_m(*self._goal) <= now.config.home_tolerance_m:
+            now.enter(GvgState.IDLE)
+            return Velocity()
+        if now.blocked_s() > STUCK_S:
+            now.lose()
+            return Velocity()
+        return go_to(now.pose, *self._goal, now.pace(PACE), now.config.turn_rad_s)
