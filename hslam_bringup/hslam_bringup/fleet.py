@@ -21,7 +21,7 @@ _PR_SET_PDEATHSIG = 1
 _STOP_PATIENCE_S = 20.0
 """How long a node may take to close its files after SIGINT before it is killed."""
 
-_FOR_NODES = {
+NODE_ENVIRONMENT = {
     # One thread for linear algebra: more are slower on small matrices, and change the order of sums.
     "OPENBLAS_NUM_THREADS": "1",
     "OMP_NUM_THREADS": "1",
@@ -48,7 +48,7 @@ class Fleet:
         """``folder`` gets a log and a parameter file for every node; all of them speak in ``domain``."""
         self._folder = folder
         self._domain = domain
-        self._environment = _FOR_NODES | dict(os.environ) | domain.environment
+        self._environment = NODE_ENVIRONMENT | dict(os.environ) | domain.environment
         self._running: dict[str, subprocess.Popen[bytes]] = {}
         self._peak_rss_mb: dict[str, float] = {}
         folder.mkdir(parents=True, exist_ok=True)

@@ -3,15 +3,18 @@
 ros2 launch hslam_bringup floor.launch.py world:=wean_hall_6 seed:=1 bag:=/tmp/floor rviz:=true
 """
 
+import os
 from pathlib import Path
 
 from ament_index_python.packages import get_package_share_directory
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, Shutdown
+from launch.actions import DeclareLaunchArgument, SetEnvironmentVariable, Shutdown
 from launch.conditions import IfCondition
 from launch.substitutions import EqualsSubstitution, LaunchConfiguration, NotEqualsSubstitution, PythonExpression
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
+
+from hslam_bringup.fleet import NODE_ENVIRONMENT
 
 SHARE = Path(get_package_share_directory("hslam_bringup"))
 
@@ -68,7 +71,10 @@ def generate_launch_description() -> LaunchDescription:
         DeclareLaunchArgument(name, default_value=default, description=about)
         for name, (default, about) in ARGUMENTS.items()
     ]
-    return LaunchDescription([*declared, recorder, *reversed(levels), viewer])
+    surroundings = [
+        SetEnvironmentVariable(name, value) for name, value in NODE_ENVIRONMENT.items() if name not in os.environ
+    ]
+    return LaunchDescription([*declared, *surroundings, recorder, *reversed(levels), viewer])
 
 
 def text(value: LaunchConfiguration) -> ParameterValue:
