@@ -23,13 +23,13 @@ from rclpy.serialization import serialize_message
 
 from hslam_bags.bag import Bag
 from hslam_bags.recorder import Recorder
+from hslam_ros.private_domain import private_domain
 from hslam_ros.qos import CYCLE, LATCHED
 from hslam_ros.stamps import stamp_to_msg
 
 TOPICS = 20
 STEPS_PER_S = 170.0
 STEP_NS = 120_000_000
-DOMAIN = 95
 
 
 def wait_for_recorder(node: Node) -> None:
@@ -45,9 +45,9 @@ def through_the_node(folder: Path, factor: float, seconds: float) -> str:
     topics = [f"sensor_{index}" for index in range(TOPICS)]
     command = [sys.executable, "-c", "from hslam_bags.record_node import main; main()", "--ros-args"]
     command += ["-p", f"path:={folder}", "-p", f"require:={','.join(topics)}"]
-    recorder = subprocess.Popen(command, env=os.environ | {"ROS_DOMAIN_ID": str(DOMAIN)})
+    recorder = subprocess.Popen(command)
     try:
-        rclpy.init(domain_id=DOMAIN)
+        rclpy.init()
         node = rclpy.create_node("source")
         publishers = [node.create_publisher(Odometry, topic, CYCLE) for topic in topics]
         wait_for_recorder(node)
@@ -108,7 +108,8 @@ def main() -> None:
     parser.add_argument("--factor", type=float, default=5.0)
     parser.add_argument("--seconds", type=float, default=10.0)
     options = parser.parse_args()
-    with tempfile.TemporaryDirectory() as scratch:
+    with tempfile.TemporaryDirectory() as scratch, private_domain() as domain:
+        os.environ.update(domain.environment)
         print(through_the_node(Path(scratch) / "node", options.factor, options.seconds))
         print(alone(Path(scratch) / "alone"))
 

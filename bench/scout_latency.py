@@ -22,6 +22,7 @@ from hslam_msgs.msg import SonarRing
 from rclpy.experimental import EventsExecutor
 
 from hslam_ros.conversions import sonar_from_msg, velocity_to_msg
+from hslam_ros.private_domain import private_domain
 from hslam_ros.qos import SENSOR
 from hslam_types.sensing import Velocity
 from scout_driver.clock import WallClock
@@ -37,7 +38,6 @@ from scout_driver.protocol.commands import CommandKind
 from scout_driver.units import METRES_PER_INCH, METRES_PER_UNIT
 
 SOUND_M_S = 343.0
-DOMAIN = 9
 SUPERSEDED_S = 1.0
 """An answer not understood for so long was overtaken by the next one before it was sent."""
 SPEEDS = range(20, 60)
@@ -105,11 +105,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seconds", type=float, default=30.0)
     options = parser.parse_args()
-    os.environ.update(ROS_DOMAIN_ID=str(DOMAIN), ROS_AUTOMATIC_DISCOVERY_RANGE="LOCALHOST")
     clock, emulator = WallClock(), EmulatorConfig(tick_ms=2)
     floor = Surprises(clock)
     line = EmulatedLine(EmulatedBase(floor, emulator), emulator, Faults(FaultConfig(), np.random.default_rng(0)))
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as folder, private_domain() as domain:
+        os.environ.update(domain.environment)
         port = PtyPort(str(Path(folder) / "line"))
         server = EmulatorServer(line, port, clock, 1.0)
         server.start()

@@ -20,8 +20,8 @@ from hslam_bags.repair import copy
 from hslam_bags.topic_choice import TopicChoice
 from hslam_bringup.bag_loop import rebuild_atlas
 from hslam_bringup.fleet import executable
-from hslam_bringup.isolation import private_domain
 from hslam_bringup.run_options import RunOptions
+from hslam_ros.private_domain import private_domain
 
 SAMPLES = Path(__file__).parents[1] / "bags" / "samples"
 MOVED_M = 0.1

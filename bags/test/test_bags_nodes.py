@@ -1,6 +1,5 @@
 """Recording and replaying over DDS: nothing lost, nothing changed, nobody outrun."""
 
-import os
 import signal
 import subprocess
 import sys
@@ -34,7 +33,6 @@ from hslam_ros.qos import CYCLE, LATCHED, SENSOR
 from hslam_ros.stamps import stamp_from_msg, stamp_to_msg
 from hslam_types.errors import ConfigurationError, HslamError
 
-DOMAIN = 60 + os.getpid() % 40
 STEP_NS = 120_000_000
 
 
@@ -45,7 +43,7 @@ class Stage:
         arguments = ["--ros-args"]
         for name, value in parameters.items():
             arguments += ["-p", f"{name}:={str(value).lower() if isinstance(value, bool) else value}"]
-        rclpy.init(args=arguments, domain_id=DOMAIN, signal_handler_options=SignalHandlerOptions.NO)
+        rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
         self.nodes: list[Node] = []
         self.closed = False
         self.executor: Executor = EventsExecutor()
@@ -304,7 +302,7 @@ def test_however_it_ends_the_bag_opens(
     source.create_subscription(NodeStatus, "record/status", answers.append, LATCHED)
     publish_run(source, 0)
     command = [*RECORD, "-p", f"path:={bag}", "-p", "require:=odom", "-p", "flush_every_s:=0.05"]
-    process = subprocess.Popen(command, env=os.environ | {"ROS_DOMAIN_ID": str(DOMAIN)})
+    process = subprocess.Popen(command)
     try:
         stage.spin_until(lambda: bool(answers))
         publish_run(source, 15)
@@ -335,8 +333,7 @@ def test_a_bag_that_cannot_be_written_ends_the_node_with_one_line(staged: Callab
     source.create_subscription(NodeStatus, "record/status", answers.append, LATCHED)
     publish_run(source, 0)
     command = [*RECORD, "-p", f"path:={bag}", "-p", "require:=odom", "-p", "flush_every_s:=0.05"]
-    environment = os.environ | {"ROS_DOMAIN_ID": str(DOMAIN)}
-    process = subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True)
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
     try:
         stage.spin_until(lambda: bool(answers))
         bag.rename(bag.with_name("gone"))  # at once: the recorder writes meanwhile
@@ -356,7 +353,6 @@ def test_a_bad_start_is_one_line(bag: Path) -> None:
     command = [*RECORD, "-p", f"path:={bag}"]
     run = subprocess.run(
         command,
-        env=os.environ | {"ROS_DOMAIN_ID": str(DOMAIN)},
         capture_output=True,
         text=True,
         timeout=60,

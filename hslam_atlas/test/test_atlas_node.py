@@ -1,6 +1,5 @@
 """The node against the plain server: the same atlas bit for bit, a cycle answered only when its goal is taken."""
 
-import os
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -27,7 +26,6 @@ from hslam_ros.qos import CYCLE, EVENTS, LATCHED
 from hslam_ros.stamps import stamp_from_msg
 from hslam_types.gvg_events import GoalKind, GvgGoal
 
-DOMAIN = 60 + os.getpid() % 40
 GOALS = 6
 
 
@@ -141,12 +139,11 @@ Start = Callable[..., Pair]
 @pytest.fixture
 def start() -> Iterator[Start]:
     """Give a function that starts the node with parameters and the rest; everything is shut down afterwards."""
-    os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
     pairs: list[Pair] = []
 
     def make(**parameters: object) -> Pair:
         arguments = [word for name, value in parameters.items() for word in ("-p", f"{name}:={value}")]
-        rclpy.init(args=["--ros-args", *arguments], domain_id=DOMAIN, signal_handler_options=SignalHandlerOptions.NO)
+        rclpy.init(args=["--ros-args", *arguments], signal_handler_options=SignalHandlerOptions.NO)
         pairs.append(Pair())
         return pairs[-1]
 

@@ -13,7 +13,7 @@ import yaml
 from ament_index_python.packages import PackageNotFoundError, get_package_prefix, get_package_share_directory
 
 from hslam_bringup.errors import NodeDiedError, RunError
-from hslam_bringup.isolation import PrivateDomain
+from hslam_ros.private_domain import PrivateDomain
 
 _PR_SET_PDEATHSIG = 1
 """From Linux' sys/prctl.h."""

@@ -5,11 +5,11 @@ import time
 from collections.abc import Callable, Mapping
 
 from hslam_bringup.fleet import Fleet, NodeProcess
-from hslam_bringup.isolation import PrivateDomain, private_domain
 from hslam_bringup.onlooker import Onlooker
 from hslam_bringup.progress import Snapshot
 from hslam_bringup.run_options import RunOptions
 from hslam_bringup.run_report import RunEnd
+from hslam_ros.private_domain import PrivateDomain, private_domain
 
 _LOOK_S = 0.25
 """How often the runner looks at the processes and redraws."""

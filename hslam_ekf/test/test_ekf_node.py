@@ -1,6 +1,5 @@
 """The node against the plain loop: bit for bit, in whatever order DDS delivers; what it shows; free running."""
 
-import os
 import random
 import time
 from collections.abc import Callable, Iterator
@@ -27,7 +26,6 @@ from hslam_ros.qos import CYCLE, EVENTS, LATCHED
 from hslam_ros.stamps import stamp_from_msg
 from hslam_types.se2 import SE2
 
-DOMAIN = 20 + os.getpid() % 40
 PATH = np.array([[0.0, 0.0], [6.0, 0.0]])
 LAST_SEQUENCE = 2
 
@@ -118,12 +116,11 @@ Start = Callable[..., Pair]
 @pytest.fixture
 def start() -> Iterator[Start]:
     """Give a function that starts the node with parameters and the rest; everything is shut down afterwards."""
-    os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
     pairs: list[Pair] = []
 
     def make(**parameters: object) -> Pair:
         arguments = [word for name, value in parameters.items() for word in ("-p", f"{name}:={value}")]
-        rclpy.init(args=["--ros-args", *arguments], domain_id=DOMAIN, signal_handler_options=SignalHandlerOptions.NO)
+        rclpy.init(args=["--ros-args", *arguments], signal_handler_options=SignalHandlerOptions.NO)
         pairs.append(Pair())
         return pairs[-1]
 

@@ -26,7 +26,7 @@ class Gates(Configuration):
 @pytest.fixture
 def context() -> Iterator[rclpy.Context]:
     own = rclpy.Context()
-    rclpy.init(context=own, domain_id=10)
+    rclpy.init(context=own)
     yield own
     own.try_shutdown()
 

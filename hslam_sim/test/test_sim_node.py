@@ -2,7 +2,6 @@
 
 import functools
 import math
-import os
 import signal
 import subprocess
 import sys
@@ -28,7 +27,6 @@ from hslam_sim.simulation import Simulation
 from hslam_sim.worlds import load_world
 from hslam_types.sensing import LandmarkView, OdometrySample, SonarSweep, Velocity
 
-DOMAIN = 60 + os.getpid() % 40
 NODES = ("gvg", "ekf", "atlas")
 RUN = "from hslam_sim.sim_node import main; main()"
 
@@ -74,12 +72,11 @@ Start = Callable[..., SimNode]
 @pytest.fixture
 def start() -> Iterator[Start]:
     """Give a function that starts the node with parameters; everything is shut down afterwards."""
-    os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
     nodes: list[SimNode] = []
 
     def make(**parameters: object) -> SimNode:
         arguments = [word for name, value in parameters.items() for word in ("-p", f"{name}:={value}")]
-        rclpy.init(args=["--ros-args", *arguments], domain_id=DOMAIN, signal_handler_options=SignalHandlerOptions.NO)
+        rclpy.init(args=["--ros-args", *arguments], signal_handler_options=SignalHandlerOptions.NO)
         nodes.append(SimNode())
         return nodes[-1]
 
@@ -163,12 +160,11 @@ def test_bad_input_is_told_in_one_line(arguments: list[str], message: str) -> No
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_ends_the_executable_well(number: signal.Signals) -> None:
     """Interrupted while it waits for the others, it exits with 0."""
-    environment = os.environ | {"ROS_DOMAIN_ID": str(DOMAIN), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
-    rclpy.init(domain_id=DOMAIN, signal_handler_options=SignalHandlerOptions.NO)
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     listener = Node("listener")
     heard: list[Odometry] = []
     listener.create_subscription(Odometry, "odom", heard.append, CYCLE)
-    process = subprocess.Popen([sys.executable, "-c", RUN], env=environment, stderr=subprocess.PIPE)
+    process = subprocess.Popen([sys.executable, "-c", RUN], stderr=subprocess.PIPE)
     try:
         spin_until([listener], functools.partial(bool, heard))
         process.send_signal(number)

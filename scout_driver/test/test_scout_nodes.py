@@ -1,7 +1,6 @@
 """The node and the emulator as processes, over a pseudo-terminal and TCP: topics, life cycle, lock-step, death."""
 
 import itertools
-import os
 import signal
 import subprocess
 import sys
@@ -39,13 +38,10 @@ class Scene:
     """Processes under test and a node that listens and commands."""
 
     def __init__(self, folder: Path) -> None:
-        """Join a domain of this worker's own."""
-        worker = os.environ.get("PYTEST_XDIST_WORKER", "gw0")
-        self.domain = 10 + int(worker.removeprefix("gw")) % 10
         self.line = str(folder / "line")
         self.heard: dict[str, list[Any]] = {name: [] for name in TOPICS}
         self._context = rclpy.Context()
-        rclpy.init(context=self._context, domain_id=self.domain, signal_handler_options=SignalHandlerOptions.NO)
+        rclpy.init(context=self._context, signal_handler_options=SignalHandlerOptions.NO)
         self._node = rclpy.create_node("onlooker", context=self._context)
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
@@ -62,8 +58,7 @@ class Scene:
         command = [sys.executable, "-m", f"scout_driver.{executable}", "--ros-args"]
         for argument in arguments:
             command += ["-p", argument]
-        environment = os.environ | {"ROS_DOMAIN_ID": str(self.domain), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
-        self._processes.append(subprocess.Popen(command, env=environment))
+        self._processes.append(subprocess.Popen(command))
         return self._processes[-1]
 
     def command(self, forward: float, stamp_ns: int = 0) -> None:

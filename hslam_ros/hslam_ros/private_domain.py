@@ -8,10 +8,14 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from hslam_bringup.errors import RunError
+from hslam_types.errors import HslamError
 
 _DOMAINS = range(20, 100)
 """ROS domain ids to choose from; 0 to 101 are safe on every platform, the low ones are people's own."""
+
+
+class DomainError(HslamError):
+    """No ROS domain is free."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -30,7 +34,7 @@ class PrivateDomain:
 
 @contextmanager
 def private_domain() -> Iterator[PrivateDomain]:
-    """Reserve a ROS domain for a run; raises RunError if none is free.
+    """Reserve a ROS domain for a run; raises DomainError if none is free.
 
     The reservation is a lock on a file, which the system releases when the run and all its processes have ended.
     """
@@ -50,4 +54,4 @@ def private_domain() -> Iterator[PrivateDomain]:
         finally:
             os.close(descriptor)
         return
-    raise RunError(f"all ROS domains from {_DOMAINS.start} to {_DOMAINS.stop - 1} are in use by other runs")
+    raise DomainError(f"all ROS domains from {_DOMAINS.start} to {_DOMAINS.stop - 1} are in use by other runs")
