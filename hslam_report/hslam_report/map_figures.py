@@ -13,7 +13,8 @@ from hslam_report.page import ACCENT, LANDMARK, NODE, PATH, floor_page, legend_b
 from hslam_sim.world import World
 from hslam_types.se2 import SE2, Array
 
-AXIS_M = 6.0
+AXIS_SHARE = 0.06
+"""Length of a drawn frame's axes, by the width of the floor."""
 CHI_SQUARE_95 = 5.991
 """95 % of a two-dimensional Gaussian lies within this squared Mahalanobis distance."""
 LARGEST_ELLIPSE_SHARE = 0.05
@@ -95,9 +96,19 @@ def _draw_ellipse(axes: Axes, centre: Array, covariance: Array, factor: int, col
 def _draw_frame(axes: Axes, frame_in_map: SE2, name: str) -> None:
     """Draw the axes of an edge frame with its name."""
     origin = (frame_in_map.x, frame_in_map.y)
-    for tip, label in (((AXIS_M, 0.0), "x"), ((0.0, AXIS_M), "y")):
+    length_m = AXIS_SHARE * axes.dataLim.width
+    for tip, label in (((length_m, 0.0), "x"), ((0.0, length_m), "y")):
         end = frame_in_map.apply(*tip)
         axes.annotate("", xy=end, xytext=origin, arrowprops={"arrowstyle": "->", "color": ACCENT, "lw": 2.0}, zorder=6)
         text = frame_in_map.apply(1.12 * tip[0], 1.12 * tip[1])
+        _make_room(axes, *text, margin_m=0.2 * length_m)
         axes.text(*text, label, color=ACCENT, ha="center", va="center", fontweight="bold", zorder=6)
     axes.plot([], [], color=ACCENT, lw=2.0, label=f"frame of edge-map {name}")
+
+
+def _make_room(axes: Axes, x: float, y: float, margin_m: float) -> None:
+    """Widen the limits so that a point lies well within."""
+    left, right = axes.get_xlim()
+    low, high = axes.get_ylim()
+    axes.set_xlim(min(left, x - margin_m), max(right, x + margin_m))
+    axes.set_ylim(min(low, y - margin_m), max(high, y + margin_m))
