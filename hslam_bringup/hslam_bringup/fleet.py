@@ -21,14 +21,6 @@ _PR_SET_PDEATHSIG = 1
 _STOP_PATIENCE_S = 20.0
 """How long a node may take to close its files after SIGINT before it is killed."""
 
-NODE_ENVIRONMENT = {
-    # One thread for linear algebra: more are slower on small matrices, and change the order of sums.
-    "OPENBLAS_NUM_THREADS": "1",
-    "OMP_NUM_THREADS": "1",
-    "FASTRTPS_DEFAULT_PROFILES_FILE": f"{get_package_share_directory('hslam_ros')}/fast_dds.xml",
-}
-"""Environment of every node, where the user has not chosen otherwise."""
-
 
 @dataclass(frozen=True)
 class NodeProcess:
@@ -48,7 +40,7 @@ class Fleet:
         """``folder`` gets a log and a parameter file for every node; all of them speak in ``domain``."""
         self._folder = folder
         self._domain = domain
-        self._environment = NODE_ENVIRONMENT | dict(os.environ) | domain.environment
+        self._environment = node_environment() | dict(os.environ) | domain.environment
         self._running: dict[str, subprocess.Popen[bytes]] = {}
         self._peak_rss_mb: dict[str, float] = {}
         folder.mkdir(parents=True, exist_ok=True)
@@ -121,6 +113,16 @@ class Fleet:
 def _end_with_the_runner() -> None:
     """Ask Linux to interrupt this process when the one that started it dies, however that dies."""
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGINT)
+
+
+def node_environment() -> dict[str, str]:
+    """Return the environment of every node, for where the user has not chosen otherwise."""
+    return {
+        # One thread for linear algebra: more are slower on small matrices, and change the order of sums.
+        "OPENBLAS_NUM_THREADS": "1",
+        "OMP_NUM_THREADS": "1",
+        "FASTRTPS_DEFAULT_PROFILES_FILE": f"{get_package_share_directory('hslam_ros')}/fast_dds.xml",
+    }
 
 
 def executable(package: str, name: str) -> Path:

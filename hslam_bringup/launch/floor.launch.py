@@ -14,7 +14,7 @@ from launch.substitutions import EqualsSubstitution, LaunchConfiguration, NotEqu
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 
-from hslam_bringup.fleet import NODE_ENVIRONMENT
+from hslam_bringup.fleet import node_environment
 
 SHARE = Path(get_package_share_directory("hslam_bringup"))
 
@@ -28,13 +28,24 @@ ARGUMENTS = {
 }
 
 
+REQUIRED = "odom,cmd_vel,gvg/events,ekf/edge_maps,atlas/atlas"
+"""Topics that the recorder hears before it says that the run may begin."""
+
+
 def generate_launch_description() -> LaunchDescription:
     """Declare the arguments and start the nodes; when one ends, the others are stopped."""
     given = {name: LaunchConfiguration(name) for name in ARGUMENTS}
     mode = PythonExpression(["'", str(SHARE / "config"), "/", given["mode"], ".yaml'"])
     seed = ParameterValue(given["seed"], value_type=int)
+    # The first step waits for the recorder too, so that its bag has every cycle.
+    awaited = PythonExpression(["['atlas', 'recorder'] if '", given["bag"], "' else ['atlas']"])
     own = {
-        "sim": {"world": text(given["world"]), "seed": seed, "landmark_seed": seed},
+        "sim": {
+            "world": text(given["world"]),
+            "seed": seed,
+            "landmark_seed": seed,
+            "lockstep_nodes": ParameterValue(awaited, value_type=list[str]),
+        },
         "gvg": {},
         "ekf": {},
         "atlas": {"store": text(given["atlas"]), "mission": "explore"},
@@ -54,7 +65,7 @@ def generate_launch_description() -> LaunchDescription:
         package="hslam_bags",
         executable="record_node",
         name="recorder",
-        parameters=[{"path": text(given["bag"])}],
+        parameters=[{"path": text(given["bag"]), "require": REQUIRED}],
         output="screen",
         condition=IfCondition(NotEqualsSubstitution(given["bag"], "")),
         on_exit=Shutdown(reason="the recorder ended"),
@@ -72,7 +83,7 @@ def generate_launch_description() -> LaunchDescription:
         for name, (default, about) in ARGUMENTS.items()
     ]
     surroundings = [
-        SetEnvironmentVariable(name, value) for name, value in NODE_ENVIRONMENT.items() if name not in os.environ
+        SetEnvironmentVariable(name, value) for name, value in node_environment().items() if name not in os.environ
     ]
     return LaunchDescription([*declared, *surroundings, recorder, *reversed(levels), viewer])
 
