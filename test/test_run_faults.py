@@ -22,7 +22,7 @@ NAMED_WITHIN_S = 10.0
         (["no_such_world"], "no_such_world"),
         (["small_world", "--set", "ekf.accept_gate=-1.0"], "accept_gate"),
         (["small_world", "--set", "gvg.no_such_parameter=1"], "no_such_parameter"),
-        (["small_world", "--set", "nonsense"], "NODE.PARAMETER=VALUE"),
+        (["small_world", "--set", "scout.watchdog_s=1.0"], "one of sim, gvg, ekf, atlas"),
     ],
 )
 def test_bad_input_is_one_line_that_names_it(tmp_path: Path, arguments: list[str], told: str) -> None:
@@ -48,6 +48,10 @@ def test_an_earlier_run_is_not_overwritten_unasked(tmp_path: Path) -> None:
     assert status == 1
     assert "--force" in err
     assert (tmp_path / "atlas.db").read_bytes() == b"precious"
+    status, _, err = outcome(hslam("explore", "no_such_world", "--out", str(tmp_path), "--force"))
+    assert status == 1
+    assert "no_such_world" in err
+    assert (tmp_path / "atlas.db").read_bytes() == b"precious", "a typing error costs no run"
 
 
 @pytest.fixture

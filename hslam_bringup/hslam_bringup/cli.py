@@ -63,15 +63,15 @@ def explore(
     """
     from hslam_bringup.errors import RunError
     from hslam_bringup.explore import explore_and_report
-    from hslam_bringup.run_options import RunOptions, parse_settings, prepare_output
+    from hslam_bringup.run_options import BASES, LEVELS, RunOptions, parse_settings
 
     out = out or Path("runs") / f"{Path(world).stem}_{seed}"
-    options = RunOptions(world, seed, out, parse_settings(settings or ()), time_limit, robot.value)
+    nodes = BASES[robot.value] + LEVELS
+    options = RunOptions(world, seed, out, parse_settings(settings or (), nodes), time_limit, robot.value)
     if in_process and robot is Robot.SCOUT:
         raise RunError("--in-process drives the simulated base; the Scout has a serial line: leave one of the two out")
-    prepare_output(out, force=force)
     try:
-        fields = explore_and_report(options, in_process=in_process, console=console)
+        fields = explore_and_report(options, in_process=in_process, force=force, console=console)
     except KeyboardInterrupt:
         sys.stderr.write(f"hslam: interrupted; what was recorded until then is in {out}\n")
         raise typer.Exit(130) from None
@@ -86,6 +86,7 @@ def gvg(
     out: Annotated[Path | None, typer.Option(help="picture to draw (.png or .svg) [WORLD_gvg.png]")] = None,
 ) -> None:
     """Compute the true reduced GVG of a floor from its geometry, print its counts and draw it."""
+    from hslam_bringup.errors import RunError
     from hslam_sim.truth import draw_true_gvg, true_gvg
     from hslam_sim.worlds import load_world
 
@@ -93,7 +94,10 @@ def gvg(
     with console.status(f"computing the GVG of {floor.name}"):
         truth = true_gvg(floor)
         path = out or Path(f"{floor.name}_gvg.png")
-        draw_true_gvg(floor, truth, path)
+        try:
+            draw_true_gvg(floor, truth, path)
+        except (OSError, ValueError) as error:
+            raise RunError(f"cannot draw to {path}: {error}") from error
     degrees = Counter(node.degree for node in truth.nodes)
     core = sum(node.core for node in truth.nodes)
     cycles = len(truth.edges) - len(truth.nodes) + 1
@@ -141,14 +145,14 @@ def rebuild(
     *,
     out: Annotated[Path, typer.Option(help="folder for the atlas.db to write")],
     settings: Settings = None,
-    force: Annotated[bool, typer.Option("--force", help="replace an earlier run in --out")] = False,
+    force: Annotated[bool, typer.Option("--force", help="replace the atlas.db in --out")] = False,
 ) -> None:
     """Build a run's atlas again from its bag, with other parameters if wished; without any it is identical."""
     from hslam_bringup.bag_loop import rebuild_atlas
-    from hslam_bringup.run_options import RunOptions, parse_settings, prepare_output
+    from hslam_bringup.run_options import ATLAS_FILES, RunOptions, parse_settings, prepare_output
 
-    options = RunOptions("", 0, out, parse_settings(settings or ()))
-    prepare_output(out, force=force)
+    options = RunOptions("", 0, out, parse_settings(settings or (), ("ekf", "atlas")))
+    prepare_output(out, force=force, results=ATLAS_FILES)
     with console.status(f"reading {bag}"):
         cycles = rebuild_atlas(bag, options)
     console.print(f"{cycles} cycles, the atlas is {options.atlas}")

@@ -6,18 +6,20 @@ from rich.console import Console
 
 from hslam_bringup.in_process_run import run_in_process
 from hslam_bringup.progress import ExplorationProgress
-from hslam_bringup.run_options import RunOptions
+from hslam_bringup.run_options import RunOptions, prepare_output
 from hslam_bringup.run_report import as_table, report_run
 from hslam_bringup.separate_run import run_separately
 from hslam_sim.worlds import load_world
 
 
-def explore_and_report(options: RunOptions, *, in_process: bool, console: Console) -> dict[str, Any]:
+def explore_and_report(options: RunOptions, *, in_process: bool, force: bool, console: Console) -> dict[str, Any]:
     """Run one exploration and leave bag, atlas, figures and report in ``options.out``; return the report's fields.
 
-    Raises HslamError where the run breaks; what was recorded until then stays readable.
+    Raises HslamError where the run breaks; what was recorded until then stays readable. With ``force`` an earlier run
+    in the folder is replaced.
     """
-    load_world(options.world, landmark_seed=options.seed)  # a world that cannot be read is told before anything starts
+    load_world(options.world, landmark_seed=options.seed)  # a world that cannot be read costs no earlier run
+    prepare_output(options.out, force=force)
     run = run_in_process if in_process else run_separately
     with ExplorationProgress(console) as progress:
         end = run(options, progress.show)

@@ -119,7 +119,7 @@ def run_in_process(options: RunOptions, show: Callable[[Snapshot], None]) -> Run
 
 
 def _simulation(options: RunOptions) -> Simulation:
-    """Return the simulated robot; settings name its parts' parameters as the node does (``sonar.range_noise``)."""
+    """Return the simulated robot; settings name its parts' parameters as the node does (``sonar.noise_fraction``)."""
     parts: dict[str, dict[str, Any]] = {field.name: {} for field in dataclasses.fields(SimulationConfiguration)}
     for name, value in options.node_settings("sim").items():
         part, _, parameter = name.partition(".")

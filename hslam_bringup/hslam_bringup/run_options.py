@@ -1,5 +1,7 @@
 """What a person asks of a run, and where its results go."""
 
+import os
+import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -9,8 +11,15 @@ import yaml
 
 from hslam_bringup.errors import RunError
 
-NODES = ("sim", "gvg", "ekf", "atlas", "scout", "scout_emulator")
-"""The nodes of a run whose parameters `--set` reaches."""
+LEVELS = ("gvg", "ekf", "atlas")
+BASES = {"sim": ("sim",), "scout": ("scout_emulator", "scout")}
+"""By robot: the nodes in place of the base."""
+SET_BY_THE_RUN = frozenset(
+    ("world", "seed", "landmark_seed", "landmark_source", "lockstep", "lockstep_nodes", "mission", "port", "store")
+)
+"""Parameters that make a run what it is: `explore` has options for some, the others hold its parts together."""
+ATLAS_FILES = ("atlas.db", "atlas.db-journal")
+_LEFT_BY_A_RUN = (*ATLAS_FILES, "bag", "figures", "report.json", "log", "scout.tty")
 
 
 @dataclass(frozen=True)
@@ -52,14 +61,19 @@ class RunOptions:
         return dict(self.settings.get(node, {}))
 
 
-def parse_settings(assignments: Sequence[str]) -> dict[str, dict[str, Any]]:
-    """Parse ``node.parameter=value`` assignments (YAML values); raises RunError on anything else."""
+def parse_settings(assignments: Sequence[str], nodes: Sequence[str]) -> dict[str, dict[str, Any]]:
+    """Parse ``node.parameter=value`` assignments (YAML values); raises RunError on anything else.
+
+    ``nodes`` are those that take part; a setting of another one would change nothing and is an error too.
+    """
     settings: dict[str, dict[str, Any]] = {}
     for assignment in assignments:
         target, equals, text = assignment.partition("=")
         node, dot, name = target.partition(".")
-        if not (equals and dot and name) or node not in NODES:
-            raise RunError(f"--set takes NODE.PARAMETER=VALUE with NODE one of {', '.join(NODES)}, not '{assignment}'")
+        if not (equals and dot and name) or node not in nodes:
+            raise RunError(f"--set takes NODE.PARAMETER=VALUE with NODE one of {', '.join(nodes)}, not '{assignment}'")
+        if name in SET_BY_THE_RUN:
+            raise RunError(f"--set {assignment}: '{name}' is not a setting of a run (see --help for its options)")
         try:
             settings.setdefault(node, {})[name] = yaml.safe_load(text)
         except yaml.YAMLError as error:
@@ -67,14 +81,18 @@ def parse_settings(assignments: Sequence[str]) -> dict[str, dict[str, Any]]:
     return settings
 
 
-def prepare_output(out: Path, *, force: bool) -> None:
-    """Make the run's folder; raises RunError where it holds an earlier run and ``force`` is not given."""
-    earlier = [name for name in ("bag", "atlas.db", "report.json") if (out / name).exists()]
+def prepare_output(out: Path, *, force: bool, results: Sequence[str] = _LEFT_BY_A_RUN) -> None:
+    """Make a folder for results; earlier ones of these names are removed if ``force`` is given, and nothing else is.
+
+    Raises RunError where there are such and ``force`` is not given.
+    """
+    earlier = [out / name for name in results if os.path.lexists(out / name)]
     if earlier and not force:
-        raise RunError(f"{out} already holds a run ({', '.join(earlier)}); choose another --out or give --force")
+        names = ", ".join(path.name for path in earlier)
+        raise RunError(f"{out} already holds a run ({names}); choose another --out or give --force")
     try:
         out.mkdir(parents=True, exist_ok=True)
-        for path in sorted(out.rglob("*"), reverse=True) if earlier else []:
-            path.rmdir() if path.is_dir() else path.unlink()
+        for path in earlier:
+            shutil.rmtree(path) if path.is_dir() and not path.is_symlink() else path.unlink()
     except OSError as error:
         raise RunError(f"cannot write to {out}: {error.strerror}") from error

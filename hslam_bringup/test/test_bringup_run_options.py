@@ -1,0 +1,62 @@
+"""What a person may ask of a run, and that making room for it costs nothing else."""
+
+from pathlib import Path
+
+import pytest
+
+from hslam_bringup.errors import RunError
+from hslam_bringup.run_options import ATLAS_FILES, parse_settings, prepare_output
+
+
+def test_settings_are_yaml_by_node() -> None:
+    settings = parse_settings(["ekf.accept_gate=9", "sim.sonar.noise_fraction=0.1", "ekf.other=[1, 2]"], ("sim", "ekf"))
+    assert settings == {"ekf": {"accept_gate": 9, "other": [1, 2]}, "sim": {"sonar.noise_fraction": 0.1}}
+
+
+@pytest.mark.parametrize(
+    ("assignment", "told"),
+    [
+        ("nonsense", "NODE.PARAMETER=VALUE"),
+        ("ekf=3", "NODE.PARAMETER=VALUE"),
+        ("scout.watchdog_s=1.0", "one of sim, ekf"),
+        ("sim.seed=2", "'seed' is not a setting"),
+        ("ekf.accept_gate=[", "not YAML"),
+    ],
+)
+def test_a_setting_that_would_do_nothing_or_harm_is_refused(assignment: str, told: str) -> None:
+    with pytest.raises(RunError, match=told.replace(".", r"\.")):
+        parse_settings([assignment], ("sim", "ekf"))
+
+
+@pytest.fixture
+def filled(tmp_path: Path) -> Path:
+    """Return a folder that holds a run and something else."""
+    (tmp_path / "bag").mkdir()
+    (tmp_path / "bag" / "bag_0.mcap").write_bytes(b"recorded")
+    (tmp_path / "atlas.db").write_bytes(b"learnt")
+    (tmp_path / "scout.tty").symlink_to(tmp_path / "gone")
+    (tmp_path / "notes.txt").write_text("mine")
+    return tmp_path
+
+
+def test_an_earlier_run_stays_unless_forced(filled: Path) -> None:
+    with pytest.raises(RunError, match="--force"):
+        prepare_output(filled, force=False)
+    assert (filled / "atlas.db").read_bytes() == b"learnt"
+
+
+def test_force_removes_what_a_run_leaves_and_nothing_else(filled: Path) -> None:
+    prepare_output(filled, force=True)
+    assert [path.name for path in filled.iterdir()] == ["notes.txt"]
+
+
+def test_an_atlas_is_replaced_beside_the_bag_it_is_built_from(filled: Path) -> None:
+    prepare_output(filled, force=True, results=ATLAS_FILES)
+    assert not (filled / "atlas.db").exists()
+    assert (filled / "bag" / "bag_0.mcap").read_bytes() == b"recorded"
+
+
+def test_a_folder_that_cannot_be_made_is_told(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(RunError, match="cannot write to"):
+        prepare_output(tmp_path / "file" / "run", force=False)
