@@ -7,8 +7,8 @@ import os
 from pathlib import Path
 
 from ament_index_python.packages import get_package_share_directory
-from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, SetEnvironmentVariable, Shutdown
+from launch import LaunchContext, LaunchDescription
+from launch.actions import DeclareLaunchArgument, OpaqueFunction, SetEnvironmentVariable, Shutdown
 from launch.conditions import IfCondition
 from launch.substitutions import EqualsSubstitution, LaunchConfiguration, NotEqualsSubstitution, PythonExpression
 from launch_ros.actions import Node
@@ -28,6 +28,7 @@ ARGUMENTS = {
 }
 
 
+CHOICES = {"mode": ["lock_step", "free_running"], "rviz": ["false", "true"]}
 REQUIRED = "odom,cmd_vel,gvg/events,ekf/edge_maps,atlas/atlas"
 """Topics that the recorder hears before it says that the run may begin."""
 
@@ -79,13 +80,22 @@ def generate_launch_description() -> LaunchDescription:
         condition=IfCondition(EqualsSubstitution(given["rviz"], "true")),
     )
     declared = [
-        DeclareLaunchArgument(name, default_value=default, description=about)
+        DeclareLaunchArgument(name, default_value=default, description=about, choices=CHOICES.get(name))
         for name, (default, about) in ARGUMENTS.items()
     ]
     surroundings = [
         SetEnvironmentVariable(name, value) for name, value in node_environment().items() if name not in os.environ
     ]
-    return LaunchDescription([*declared, *surroundings, recorder, *reversed(levels), viewer])
+    return LaunchDescription(
+        [*declared, OpaqueFunction(function=check_seed), *surroundings, recorder, *reversed(levels), viewer]
+    )
+
+
+def check_seed(context: LaunchContext) -> None:
+    """Raise before any node is started: launch leaves those running that were when a later one could not be."""
+    seed = LaunchConfiguration("seed").perform(context)
+    if not seed.isdecimal():
+        raise ValueError(f"seed takes a whole number from 0, not '{seed}'")
 
 
 def text(value: LaunchConfiguration) -> ParameterValue:
