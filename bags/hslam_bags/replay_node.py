@@ -41,6 +41,8 @@ class ReplayNode(Node):
         """Open the bag; raises HslamError on a bad parameter, a damaged bag or a type that is not installed."""
         super().__init__("replay")
         self._config = declare(self, ReplayConfiguration)
+        if not self._config.path:
+            raise ConfigurationError("parameter 'path' must name a bag")
         self._live = names(self._config.live)
         if self._config.lockstep and not self._live:
             raise ConfigurationError("lock-step waits for the answers of the nodes in 'live', which is empty")
