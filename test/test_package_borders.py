@@ -38,7 +38,9 @@ WITHOUT_KEY = {"gtsam", "mcap", "mcap_ros2"}
 SOME = {
     "hslam_gvg": {"hslam_types", "hslam_ros", "hslam_msgs"},
     "hslam_ekf": {"hslam_types", "hslam_ros", "hslam_msgs"},
-    "hslam_atlas": {"hslam_types", "hslam_ros", "hslam_msgs", "hslam_ekf", "hslam_gvg"},
+    "hslam_atlas": {"hslam_types", "hslam_ros", "hslam_msgs"},
+    "hslam_report": {"hslam_types", "hslam_sim"},
+    "scout_driver": {"hslam_types", "hslam_ros", "hslam_msgs", "hslam_sim"},
     "hslam_sim": {"hslam_types", "hslam_ros", "hslam_msgs"},
     "hslam_bags": {"hslam_types", "hslam_ros", "hslam_msgs"},
     "hslam_types": set[str](),
