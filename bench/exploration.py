@@ -1,7 +1,7 @@
 """Explores worlds with many seeds, each run a process of its own, and prints a table of their reports.
 
 python bench/exploration.py wean_hall_6 --seeds 1-10
-python bench/exploration.py ../shared/maps/*.yaml --seeds 1 --time-limit 3600
+python bench/exploration.py MAPS/*.yaml --seeds 1 --time-limit 3600      # map_server maps of others
 python bench/exploration.py small_world --seeds 1-3 --separate      # separate processes and DDS, one run at a time
 """
 

@@ -82,7 +82,7 @@ class GoalKind(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class GvgGoal:
-    """One goal; a goal ends with an event (arrival or lost), except STOP."""
+    """One goal; it ends with an event (arrival or lost), but for STOP and a STRAIGHT that gets there."""
 
     kind: GoalKind
     branch: int = -1
