@@ -80,11 +80,12 @@ class Recovery:
             self._homing.give_up(state)
         elif state is GvgState.STRAIGHT:
             now.lose()
-        elif state is GvgState.ACCESSING:
-            now.enter(state)
-        else:
+        elif state in (GvgState.TRACING, GvgState.RESUMING, GvgState.BACKING):
             now.tries += 1
             self._take_another_way()
+        else:
+            # No way was under way that another could stand in for.
+            now.enter(state)
 
     def _take_another_way(self) -> None:
         """Take a way that is not blocked; where none is left, the edge ends."""

@@ -94,6 +94,7 @@ class GvgServer:
         if goal is None or (self._decided_ns is not None and self._now.stamp_ns <= self._decided_ns):
             return
         self.next_goal = None
+        self._stall.reset()
         if goal.kind is GoalKind.TRACE:
             self._departing.choose(goal.branch)
         elif goal.kind is GoalKind.ACCESS:
