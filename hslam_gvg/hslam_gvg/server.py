@@ -66,7 +66,7 @@ class GvgServer:
         return self._now.node
 
     def start(self, goal: GvgGoal, decided_ns: int | None = None) -> None:
-        """Take a goal, which the next step begins; raises GvgError for a branch that the node stood at does not have.
+        """Take a goal, which the next step begins; raises GvgError for one that cannot be carried out from here.
 
         ``decided_ns`` is the cycle whose events led to the goal, if it was one's: the goal is then begun in the second
         cycle after, however early it comes. So whoever decides may work on a cycle while the next is driven, and the
@@ -74,6 +74,8 @@ class GvgServer:
         """
         if goal.kind is GoalKind.TRACE:
             self._departing.check(goal.branch)
+        elif goal.kind is GoalKind.STRAIGHT:
+            self._straight.check(goal.x_in_odom, goal.y_in_odom)
         self.next_goal, self._decided_ns = goal, decided_ns
 
     def step(self, odom: OdometrySample, sonar: SonarSweep) -> GvgOutput:

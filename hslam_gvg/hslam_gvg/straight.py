@@ -1,8 +1,10 @@
 """A straight drive to a point nearer than any obstacle, off the GVG."""
 
+import math
+
 from hslam_gvg.motion import go_to
 from hslam_gvg.situation import STUCK_S, Situation
-from hslam_gvg.states import GvgState
+from hslam_gvg.states import GvgError, GvgState
 from hslam_types.sensing import Velocity
 
 PACE = 0.8
@@ -15,6 +17,11 @@ class Straight:
         """Work on the situation shared by all states."""
         self._now = situation
         self._goal = (0.0, 0.0)
+
+    def check(self, x: float, y: float) -> None:
+        """Raise GvgError for a target that is no point."""
+        if not (math.isfinite(x) and math.isfinite(y)):
+            raise GvgError(f"cannot drive to ({x}, {y}): the target must be finite")
 
     def begin(self, x: float, y: float) -> None:
         """Take the point to drive to (m, odom)."""
