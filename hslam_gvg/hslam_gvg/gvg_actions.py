@@ -47,6 +47,10 @@ class GvgActions:
         """Answer the goal under way if this step ended it."""
         if self._handle is None:
             return
+        if out.dropped:
+            self._node.get_logger().warning(f"goal dropped: {out.dropped}")
+            self._finish(success=False, message=out.dropped, event=0)
+            return
         ended = next((e for e in out.events if e.kind in (EventKind.ARRIVAL, EventKind.LOST)), None)
         if ended is not None:
             arrived = ended.kind is EventKind.ARRIVAL

@@ -70,7 +70,7 @@ class GvgServer:
 
         ``decided_ns`` is the cycle whose events led to the goal, if it was one's: the goal is then begun in the second
         cycle after, however early it comes. So whoever decides may work on a cycle while the next is driven, and the
-        run is the same every time.
+        run is the same every time.  Should the robot have left the node by then, the step drops the goal and says so.
         """
         if goal.kind is GoalKind.TRACE:
             self._departing.check(goal.branch)
@@ -80,7 +80,7 @@ class GvgServer:
 
     def step(self, odom: OdometrySample, sonar: SonarSweep) -> GvgOutput:
         """Take one cycle's inputs and return the command and what there is to announce."""
-        self._begin_goal()
+        dropped = self._begin_goal()
         now = self._now
         now.begin(odom)
         self._hear(odom, sonar)
@@ -88,17 +88,19 @@ class GvgServer:
             self._recovery.held(self._stall.direction)
         wanted = self._states[now.state]()
         command = self._safe(wanted)
-        return GvgOutput(command, tuple(now.events), now.state)
+        return GvgOutput(command, tuple(now.events), now.state, dropped)
 
-    def _begin_goal(self) -> None:
-        """Begin the goal taken, unless its time comes later."""
+    def _begin_goal(self) -> str:
+        """Begin the goal taken, unless its time comes later; return why it cannot be begun, empty if it can."""
         goal = self.next_goal
         if goal is None or (self._decided_ns is not None and self._now.stamp_ns <= self._decided_ns):
-            return
+            return ""
         self.next_goal = None
-        self._stall.reset()
         if goal.kind is GoalKind.TRACE:
-            self._departing.choose(goal.branch)
+            try:
+                self._departing.choose(goal.branch)
+            except GvgError as error:
+                return str(error)
         elif goal.kind is GoalKind.ACCESS:
             self._now.node = None
             self._now.enter(GvgState.LISTENING)
@@ -106,6 +108,8 @@ class GvgServer:
             self._straight.begin(goal.x_in_odom, goal.y_in_odom)
         else:
             self._now.enter(GvgState.IDLE)
+        self._stall.reset()
+        return ""
 
     def _hear(self, odom: OdometrySample, sonar: SonarSweep) -> None:
         """Put the pings, each from where it was fired, into the map and before the guards."""
