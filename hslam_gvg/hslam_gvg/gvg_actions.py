@@ -25,8 +25,8 @@ _GOALS: dict[str, tuple[type, Callable[[Any], GvgGoal]]] = {
 class GvgActions:
     """Takes goals for the server and answers each when an event, or a new goal, has ended it."""
 
-    def __init__(self, node: Node, server: Callable[[], GvgServer]) -> None:
-        """Offer the actions on ``node``; ``server`` gives the present server."""
+    def __init__(self, node: Node, server: GvgServer) -> None:
+        """Offer the actions on ``node``."""
         self._node, self._server = node, server
         self._handle: Any = None
         self._result: Any = None
@@ -43,6 +43,12 @@ class GvgActions:
             for name, (kind, to_goal) in _GOALS.items()
         ]
 
+    def reset(self) -> None:
+        """Reset the server; the goal under way is aborted."""
+        self._server.reset()
+        if self._handle is not None:
+            self._finish(success=False, message="reset", event=0)
+
     def after_step(self, out: GvgOutput) -> None:
         """Answer the goal under way if this step ended it."""
         if self._handle is None:
@@ -55,13 +61,13 @@ class GvgActions:
         if ended is not None:
             arrived = ended.kind is EventKind.ARRIVAL
             self._finish(success=arrived, message="arrived" if arrived else "lost", event=ended.sequence)
-        elif out.state is GvgState.IDLE and self._server().next_goal is None:
+        elif out.state is GvgState.IDLE and self._server.next_goal is None:
             self._finish(success=True, message="there", event=0)
 
     def _on_request(self, to_goal: Callable[[Any], GvgGoal], request: Any) -> GoalResponse:
         """Take the goal at once: its acceptance tells the sender in which cycle it will begin."""
         try:
-            self._server().start(to_goal(request), stamp_from_msg(request.decided) or None)
+            self._server.start(to_goal(request), stamp_from_msg(request.decided) or None)
         except GvgError as error:
             self._node.get_logger().warning(f"goal refused: {error}")
             return GoalResponse.REJECT
@@ -73,7 +79,7 @@ class GvgActions:
         self._handle = handle
 
     def _on_cancel(self, _: Any) -> CancelResponse:
-        self._server().start(GvgGoal(GoalKind.STOP))
+        self._server.start(GvgGoal(GoalKind.STOP))
         return CancelResponse.ACCEPT
 
     def _finish(self, *, success: bool, message: str, event: int) -> None:

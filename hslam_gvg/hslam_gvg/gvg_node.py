@@ -41,8 +41,7 @@ class GvgNode(Node):
         """Declare parameters, topics and actions; raises ConfigurationError on a bad parameter."""
         super().__init__("gvg")
         self._config = declare(self, GvgNodeConfig)
-        self._gvg_config = declare(self, GvgConfig)
-        self._server = GvgServer(self._gvg_config)
+        self._server = GvgServer(declare(self, GvgConfig))
         hold_ns = None if self._config.lockstep else round(self._config.hold_back_s * NS_PER_S)
         self._order = StepOrder(implicit=["sonar"], hold_ns=hold_ns)
         self._events_said = 0
@@ -55,7 +54,7 @@ class GvgNode(Node):
         self.create_subscription(Odometry, "odom", self._on_odometry, sensors)
         self.create_subscription(SonarRing, "sonar", self._on_sonar, sensors)
         self.create_service(Trigger, "~/reset", self._on_reset)
-        self._actions = GvgActions(self, lambda: self._server)
+        self._actions = GvgActions(self, self._server)
 
     def _on_odometry(self, msg: Odometry) -> None:
         sample = conversions.odometry_from_msg(msg)
@@ -96,7 +95,7 @@ class GvgNode(Node):
         return marker
 
     def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        self._server = GvgServer(self._gvg_config)
+        self._actions.reset()
         response.success, response.message = True, "local map and goal forgotten"
         return response
 

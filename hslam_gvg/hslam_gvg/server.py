@@ -19,7 +19,7 @@ from hslam_gvg.stall import StallWatch
 from hslam_gvg.states import GvgError, GvgOutput, GvgState
 from hslam_gvg.straight import Straight
 from hslam_gvg.tracing import Tracing
-from hslam_types.gvg_events import GoalKind, GvgGoal, NodeView
+from hslam_types.gvg_events import EventKind, GoalKind, GvgGoal, NodeView
 from hslam_types.se2 import SE2, wrap
 from hslam_types.sensing import OdometrySample, SonarSweep, Velocity
 
@@ -31,8 +31,14 @@ class GvgServer:
 
     def __init__(self, config: GvgConfig | None = None) -> None:
         """Start idle, knowing nothing."""
-        self.config = config = config or GvgConfig()
-        self._now = now = Situation(config)
+        self.config = config or GvgConfig()
+        self._lost = False
+        """Whether a reset has ended what the next step is to announce as lost."""
+        self._forget(Situation(self.config))
+
+    def _forget(self, now: Situation) -> None:
+        """Begin anew in a situation."""
+        self._now, config = now, self.config
         self._reflex, self._caution, self._stall = Reflex(config), Caution(config), StallWatch()
         self._before: OdometrySample | None = None
         self.next_goal: GvgGoal | None = None
@@ -65,6 +71,18 @@ class GvgServer:
         """The node the robot stands at, from its arrival to its departure."""
         return self._now.node
 
+    def reset(self) -> None:
+        """Forget the local map, the node and the goal, and stand still.
+
+        If a goal or a traversal was under way the next step announces LOST, so that nobody waits for its end; a goal
+        given before that step is begun in the one after.
+        """
+        before = self._now
+        self._lost |= before.traversing or before.state is not GvgState.IDLE or self.next_goal is not None
+        now = Situation(self.config)
+        now.stamp_ns, now.sequence = before.stamp_ns, before.sequence
+        self._forget(now)
+
     def start(self, goal: GvgGoal, decided_ns: int | None = None) -> None:
         """Take a goal, which the next step begins; raises GvgError for one that cannot be carried out from here.
 
@@ -83,6 +101,9 @@ class GvgServer:
         dropped = self._begin_goal()
         now = self._now
         now.begin(odom)
+        if self._lost:
+            self._lost = False
+            now.announce(EventKind.LOST)
         self._hear(odom, sonar)
         if self._stall.sees(odom):
             self._recovery.held(self._stall.direction)
@@ -93,7 +114,8 @@ class GvgServer:
     def _begin_goal(self) -> str:
         """Begin the goal taken, unless its time comes later; return why it cannot be begun, empty if it can."""
         goal = self.next_goal
-        if goal is None or (self._decided_ns is not None and self._now.stamp_ns <= self._decided_ns):
+        early = self._decided_ns is not None and self._now.stamp_ns <= self._decided_ns
+        if goal is None or early or self._lost:
             return ""
         self.next_goal = None
         if goal.kind is GoalKind.TRACE:

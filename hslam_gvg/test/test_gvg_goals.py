@@ -7,7 +7,7 @@ import pytest
 from hslam_gvg.server import GvgError, GvgOutput, GvgServer, GvgState
 from hslam_types.gvg_events import EventKind, GoalKind, GvgGoal, NodeKind, NodeView
 from hslam_types.se2 import SE2
-from hslam_types.sensing import SCOUT_RING, OdometrySample, SonarSweep
+from hslam_types.sensing import SCOUT_RING, OdometrySample, SonarSweep, Velocity
 
 STEP_NS = 120_000_000
 
@@ -47,3 +47,34 @@ def test_a_goal_overtaken_by_the_departure_is_dropped_and_the_traversal_goes_on(
     assert "at no node" in after.dropped
     assert (after.state, after.events, robot.server.next_goal) == (GvgState.TRACING, (), None)
     assert not robot.step().dropped
+
+
+def test_a_reset_on_the_way_is_announced_and_the_count_of_events_goes_on() -> None:
+    robot = Robot()
+    robot.server.start(GvgGoal(GoalKind.TRACE, branch=0))
+    (departure,) = robot.step().events
+    robot.server.reset()
+    robot.server.start(GvgGoal(GoalKind.ACCESS))
+    out = robot.step()
+    assert [(event.kind, event.sequence) for event in out.events] == [(EventKind.LOST, departure.sequence + 1)]
+    assert out.events[0].stamp_ns == robot.stamp_ns
+    assert (out.state, out.command) == (GvgState.IDLE, Velocity())
+    # What was asked since is not ended by that.
+    assert robot.step().state is GvgState.LISTENING
+
+
+def test_a_reset_after_a_stop_still_announces_what_the_stop_left_open() -> None:
+    robot = Robot()
+    for goal in (GvgGoal(GoalKind.TRACE, branch=0), GvgGoal(GoalKind.STOP)):
+        robot.server.start(goal)
+        robot.step()
+    robot.server.reset()
+    assert [event.kind for event in robot.step().events] == [EventKind.LOST]
+
+
+def test_a_reset_at_a_node_forgets_the_node_and_has_nothing_to_announce() -> None:
+    robot = Robot()
+    robot.step()
+    robot.server.reset()
+    assert robot.server.node is None
+    assert not robot.step().events
