@@ -29,7 +29,7 @@ class GvgActions:
         """Offer the actions on ``node``."""
         self._node, self._server = node, server
         self._handle: Any = None
-        self._result: Any = None
+        self._results: dict[bytes, tuple[bool, str, int]] = {}
         self._servers = [
             ActionServer(
                 node,
@@ -51,8 +51,8 @@ class GvgActions:
 
     def after_step(self, out: GvgOutput) -> None:
         """Answer the goal under way if this step ended it."""
-        if self._handle is None:
-            return
+        if self._handle is None or self._server.next_goal is not None:
+            return  # what ended was not the goal that has yet to begin
         if out.dropped:
             self._node.get_logger().warning(f"goal dropped: {out.dropped}")
             self._finish(success=False, message=out.dropped, event=0)
@@ -61,21 +61,26 @@ class GvgActions:
         if ended is not None:
             arrived = ended.kind is EventKind.ARRIVAL
             self._finish(success=arrived, message="arrived" if arrived else "lost", event=ended.sequence)
-        elif out.state is GvgState.IDLE and self._server.next_goal is None:
+        elif out.state is GvgState.IDLE:
             self._finish(success=True, message="there", event=0)
 
     def _on_request(self, to_goal: Callable[[Any], GvgGoal], request: Any) -> GoalResponse:
-        """Take the goal at once: its acceptance tells the sender in which cycle it will begin."""
+        """Take the goal at once: its acceptance tells the sender in which cycle it will begin.
+
+        One sent again, because the first answer was lost, is the goal under way: it may have left its node by now.
+        """
+        if self._handle is not None and stamp_from_msg(request.decided) and request == self._handle.request:
+            return GoalResponse.ACCEPT
         try:
             self._server.start(to_goal(request), stamp_from_msg(request.decided) or None)
         except GvgError as error:
             self._node.get_logger().warning(f"goal refused: {error}")
             return GoalResponse.REJECT
-        if self._handle is not None:
-            self._finish(success=False, message="a new goal took its place", event=0)
         return GoalResponse.ACCEPT
 
     def _on_accepted(self, handle: Any) -> None:
+        if self._handle is not None:
+            self._finish(success=False, message="a new goal took its place", event=0)
         self._handle = handle
 
     def _on_cancel(self, _: Any) -> CancelResponse:
@@ -84,11 +89,11 @@ class GvgActions:
 
     def _finish(self, *, success: bool, message: str, event: int) -> None:
         handle, self._handle = self._handle, None
-        self._result = (success, message, event)
+        self._results[bytes(handle.goal_id.uuid)] = success, message, event
         handle.execute()
 
     def _on_end(self, kind: Any, handle: Any) -> Any:
-        success, message, event = self._result
+        success, message, event = self._results.pop(bytes(handle.goal_id.uuid))
         if handle.is_cancel_requested:
             handle.canceled()
         elif success:
