@@ -83,8 +83,10 @@ class Recovery:
         elif state in (GvgState.TRACING, GvgState.RESUMING, GvgState.BACKING):
             now.tries += 1
             self._take_another_way()
+        elif state is GvgState.ACCESSING and now.tries >= TRIES:
+            now.lose()
         else:
-            # No way was under way that another could stand in for.
+            now.tries += 1
             now.enter(state)
 
     def _take_another_way(self) -> None:
