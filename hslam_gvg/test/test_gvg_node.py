@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -148,6 +149,12 @@ def test_a_goal_dropped_is_answered_and_the_node_lives_on(pair: Pair) -> None:
     assert not result.success
     assert "at no node" in result.message
     pair.cycle()
+
+
+def test_a_cycle_without_pings_keeps_the_ring_last_heard(pair: Pair) -> None:
+    other = replace(SCOUT_RING, mount_radius_m=0.3)
+    assert pair.gvg._joined(1, (SonarSweep(1, other, ()),)).ring == other
+    assert pair.gvg._joined(2, ()) == SonarSweep(2, other, ())
 
 
 class Handle:
