@@ -108,4 +108,4 @@ class Recovery:
     def _clearance_m(self) -> float:
         now, config = self._now, self._now.config
         near = closest_points(now.map.points(), now.pose.x, now.pose.y, config.reach_m, config.separation, most=1)
-        return near[0].distance_m if near else config.crawl_m
+        return near[0].distance_m if near else config.body_m

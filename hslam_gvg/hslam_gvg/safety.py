@@ -1,7 +1,8 @@
 """The reflex: raw pings bound the speed, last before the command leaves.
 
 The local map forgets, averages and waits for confirmation; what the sonars hear right now ahead of the body
-does not.  One near echo (it may be noise): slow down; two: stop.
+does not.  The nearer the first echo, the slower.  Within `stop_m` it may still be noise: crawl; confirmed by a second
+within `second_echo_m`, or at half the room: stop.
 """
 
 import math
@@ -80,7 +81,7 @@ class Reflex:
         config = self._config
         first, second = self.room(base_in_odom, wanted.forward < 0.0)
         allowed = max(CRAWL_M_S, APPROACH_RATE * (first - config.stop_m))
-        if first < config.stop_m and (second < config.crawl_m or first < 0.5 * config.stop_m):
+        if first < config.stop_m and (second < config.second_echo_m or first < 0.5 * config.stop_m):
             allowed = 0.0
             self.blocked = True
         return Velocity(max(-allowed, min(allowed, wanted.forward)), wanted.turn)
