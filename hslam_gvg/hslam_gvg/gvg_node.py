@@ -82,7 +82,7 @@ class GvgNode(Node):
         about = conversions.header(cycle.stamp_ns, "")
         status = NodeStatus(header=about, node=self.get_name(), outputs=self._events_said, state=out.state.value)
         self._status.publish(status)
-        self._actions.after_step(out)
+        self._actions.after_step(out, cycle.stamp_ns)
         if cycle.stamp_ns >= self._next_map_ns and self._map.get_subscription_count():
             self._next_map_ns = cycle.stamp_ns + round(self._config.map_every_s * NS_PER_S)
             self._map.publish(self._local_map(cycle.stamp_ns))

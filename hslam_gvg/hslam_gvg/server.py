@@ -71,6 +71,21 @@ class GvgServer:
         """The node the robot stands at, from its arrival to its departure."""
         return self._now.node
 
+    @property
+    def room_m(self) -> float:
+        """The usual clearance where the robot is, as far as it matters: up to the `wide_m` of the configuration."""
+        return self._now.room_m
+
+    @property
+    def path_length_m(self) -> float:
+        """The length of the traversal under way, so far; 0 without one."""
+        return self._now.journey.length_m if self._now.traversing else 0.0
+
+    @property
+    def distance_left_m(self) -> float:
+        """The way left to the target of the last straight drive."""
+        return self._straight.distance_left_m()
+
     def reset(self) -> None:
         """Forget the local map, the node and the goal, and stand still.
 

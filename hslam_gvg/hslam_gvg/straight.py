@@ -29,10 +29,14 @@ class Straight:
         self._goal = (x, y)
         self._now.enter(GvgState.STRAIGHT)
 
+    def distance_left_m(self) -> float:
+        """Return the distance to the point to drive to."""
+        return self._now.distance_m(*self._goal)
+
     def drive(self) -> Velocity:
         """Drive there; idle when there, lost when something stands in the way."""
         now = self._now
-        if now.distance_m(*self._goal) <= now.config.home_tolerance_m:
+        if self.distance_left_m() <= now.config.home_tolerance_m:
             now.enter(GvgState.IDLE)
             return Velocity()
         if now.blocked_s() > STUCK_S:

@@ -7,7 +7,8 @@ from typing import Any
 
 import pytest
 import rclpy
-from hslam_msgs.action import AccessGvg, TraceEdge
+from geometry_msgs.msg import Point
+from hslam_msgs.action import AccessGvg, DriveStraight, TraceEdge
 from hslam_msgs.msg import GvgEvent, NodeStatus, SonarRing
 from nav_msgs.msg import Odometry
 from rclpy.action import ActionClient
@@ -17,6 +18,8 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import Trigger
 
+from hslam_gvg.config import GvgConfig
+from hslam_gvg.gvg_actions import _OFFERS
 from hslam_gvg.gvg_node import GvgNode
 from hslam_ros import conversions
 from hslam_ros.qos import CYCLE, EVENTS
@@ -41,6 +44,7 @@ class Rest(Node):
         self.create_subscription(NodeStatus, "gvg/status", self.statuses.append, CYCLE)
         self.access: Any = ActionClient(self, AccessGvg, "gvg/access")
         self.trace: Any = ActionClient(self, TraceEdge, "gvg/trace")
+        self.straight: Any = ActionClient(self, DriveStraight, "gvg/drive_straight")
         self.reset: Any = self.create_client(Trigger, "gvg/reset")
 
 
@@ -52,7 +56,7 @@ class Pair:
         self._executor: Executor = EventsExecutor()
         self._executor.add_node(self.gvg)
         self._executor.add_node(self.rest)
-        for client in (self.rest.access, self.rest.trace):
+        for client in (self.rest.access, self.rest.trace, self.rest.straight):
             self.spin_until(client.server_is_ready)
 
     def spin_until(self, predicate: Callable[[], bool], timeout_s: float = 20.0) -> None:
@@ -151,6 +155,29 @@ def test_a_goal_dropped_is_answered_and_the_node_lives_on(pair: Pair) -> None:
     pair.cycle()
 
 
+@pytest.mark.parametrize(
+    ("action", "goal", "expected"),
+    [
+        ("access", AccessGvg.Goal(), AccessGvg.Feedback(state="listening", clearance=GvgConfig().wide_m)),
+        ("trace", TraceEdge.Goal(branch=0), TraceEdge.Feedback(state="tracing", path_length=0.0)),
+        (
+            "straight",
+            DriveStraight.Goal(target=Point(x=2.0)),
+            DriveStraight.Feedback(state="straight", distance_left=2.0),
+        ),
+    ],
+)
+def test_a_goal_under_way_says_how_far_it_has_come(pair: Pair, action: str, goal: Any, expected: Any) -> None:
+    pair.cycle()
+    pair.stand_at_node()
+    heard: list[Any] = []
+    client = getattr(pair.rest, action)
+    pair.wait(client.send_goal_async(goal, feedback_callback=lambda msg: heard.append(msg.feedback)))
+    pair.cycle()
+    pair.spin_until(lambda: len(heard) > 0)
+    assert heard == [expected]
+
+
 def test_a_cycle_without_pings_keeps_the_ring_last_heard(pair: Pair) -> None:
     other = replace(SCOUT_RING, mount_radius_m=0.3)
     assert pair.gvg._joined(1, (SonarSweep(1, other, ()),)).ring == other
@@ -173,8 +200,8 @@ class Handle:
 
 def test_two_goals_that_end_together_are_answered_each_with_its_own_end(pair: Pair) -> None:
     actions, first, second = pair.gvg._actions, Handle(b"first"), Handle(b"second")
-    actions._on_accepted(first)
-    actions._on_accepted(second)
+    actions._on_accepted(_OFFERS["~/access"], first)
+    actions._on_accepted(_OFFERS["~/access"], second)
     actions.reset()
     messages = [actions._on_end(AccessGvg, handle).message for handle in (first, second)]
     assert messages == ["a new goal took its place", "reset"]
