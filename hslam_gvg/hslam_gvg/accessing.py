@@ -11,6 +11,8 @@ from hslam_types.se2 import wrap
 from hslam_types.sensing import Velocity
 
 FIRST_SWEEP_S = 1.2
+OPEN_S = 5.0
+"""The first echoes are placed on the move; where there are none after so long, the place is wide open."""
 EQUAL_M = 0.1
 """Two obstacles are as far from each other as from here."""
 
@@ -35,11 +37,12 @@ class Accessing:
         now, config = self._now, self._now.config
         x, y, heading = now.pose
         near = closest_points(now.map.points(), x, y, config.reach_m, config.separation, most=2)
-        if not near:
+        room_m = near[0].distance_m if near else math.inf
+        now.room_m = min(room_m, config.wide_m)
+        if not near and now.waited_s() < OPEN_S:
             return Velocity(now.pace(0.5), 0.0)
-        wide = near[0].distance_m >= config.wide_m
-        now.room_m = min(near[0].distance_m, config.wide_m)
-        if wide or (len(near) > 1 and near[1].distance_m - near[0].distance_m < EQUAL_M) or now.stuck():
+        equal = len(near) > 1 and near[1].distance_m - room_m < EQUAL_M
+        if equal or room_m >= config.wide_m or now.stuck():
             return self._accessed()
         backwards = abs(wrap(near[0].bearing - heading)) < 0.5 * math.pi
         return drive(now.pose, *access(near[0], now.pace(0.5)), config.turn_rad_s, backwards=backwards)
@@ -52,6 +55,7 @@ class Accessing:
         free = now.obstructions.free(ways, now.pose, now.map.travel_m)
         now.heading = min(free or ways, key=lambda way: abs(wrap(way - heading)), default=heading)
         now.journey.begin(x, y)
+        now.tries = 0
         now.announce(EventKind.ACCESS)
         now.enter(GvgState.RESUMING)
         return Velocity()

@@ -26,11 +26,12 @@ BODY_NEXT_M = 0.15
 EDGE_M = 2.0
 """An edge answers from this near at most."""
 PINGS = 128
-"""Some eight seconds of the ring."""
+"""Some eight seconds of the Scout's ring: 16 sonars, one fired every 60 ms."""
 BESIDE_WALLS, FROM_WALLS = 8.0, 20.0
 """Pings that are to listen to a place before the body is there, between known walls and away from all of them."""
 PING_RATE = 1.4
-"""Pings a second that listen to a place: the cones overlap a little and each sonar fires once a second."""
+"""Pings a second that listen to a place: the Scout's cones overlap a little and each sonar fires
+once a second (another ring needs other numbers here)."""
 TIGHT_M, AHEAD = 0.06, 0.5
 """Known obstacles nearer to the body than this stop it, if they lie within 60 deg (a cosine) of the way."""
 TOGETHER_M = 0.1

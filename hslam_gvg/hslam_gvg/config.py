@@ -89,7 +89,15 @@ class GvgConfig(Configuration):
         1.0, "shortest dead end that is an edge (true_gvg rule 5)", low=0.1, high=5.0, unit="m"
     )
     # Safety.
-    crawl_m: float = parameter(0.30, "an echo ahead nearer than this: crawl", low=0.05, high=2.0, unit="m")
-    stop_m: float = parameter(0.20, "two echoes ahead nearer than this: stop", low=0.02, high=1.0, unit="m")
+    stop_m: float = parameter(
+        0.20,
+        "room to an echo ahead below which the robot crawls, and stops if a second confirms it or at half this room",
+        low=0.02,
+        high=1.0,
+        unit="m",
+    )
+    second_echo_m: float = parameter(
+        0.30, "room to a second echo ahead below which it confirms the first", low=0.05, high=2.0, unit="m"
+    )
     creep_m_s: float = parameter(0.06, "speed where the ring has not listened enough", low=0.01, high=1.0, unit="m/s")
     recoil_m: float = parameter(0.3, "way back along the trail after the body was held", low=0.05, high=2.0, unit="m")

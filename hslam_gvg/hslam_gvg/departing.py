@@ -29,7 +29,8 @@ class Departing:
             raise GvgError(f"the node has no branch {branch}, only 0 to {node.degree - 1}")
 
     def choose(self, branch: int) -> None:
-        """Take the branch to depart by."""
+        """Take the branch to depart by; raises GvgError for one that the node stood at does not have."""
+        self.check(branch)
         self._branch = branch
         self._now.enter(GvgState.TURNING)
 

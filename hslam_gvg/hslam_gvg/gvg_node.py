@@ -41,10 +41,11 @@ class GvgNode(Node):
         """Declare parameters, topics and actions; raises ConfigurationError on a bad parameter."""
         super().__init__("gvg")
         self._config = declare(self, GvgNodeConfig)
-        self._gvg_config = declare(self, GvgConfig)
-        self._server = GvgServer(self._gvg_config)
+        self._server = GvgServer(declare(self, GvgConfig))
         hold_ns = None if self._config.lockstep else round(self._config.hold_back_s * NS_PER_S)
         self._order = StepOrder(implicit=["sonar"], hold_ns=hold_ns)
+        self._ring = SCOUT_RING
+        """The ring last heard of."""
         self._events_said = 0
         self._next_map_ns = 0
         self._command = self.create_publisher(TwistStamped, "cmd_vel", CYCLE)
@@ -55,7 +56,7 @@ class GvgNode(Node):
         self.create_subscription(Odometry, "odom", self._on_odometry, sensors)
         self.create_subscription(SonarRing, "sonar", self._on_sonar, sensors)
         self.create_service(Trigger, "~/reset", self._on_reset)
-        self._actions = GvgActions(self, lambda: self._server)
+        self._actions = GvgActions(self, self._server)
 
     def _on_odometry(self, msg: Odometry) -> None:
         sample = conversions.odometry_from_msg(msg)
@@ -73,7 +74,7 @@ class GvgNode(Node):
 
     def _step(self, cycle: Cycle) -> None:
         odom: OdometrySample = cycle.clock
-        out = self._server.step(odom, _joined(cycle.stamp_ns, cycle.inputs["sonar"]))
+        out = self._server.step(odom, self._joined(cycle.stamp_ns, cycle.inputs["sonar"]))
         self._command.publish(conversions.velocity_to_msg(out.command, cycle.stamp_ns))
         for event in out.events:
             self._events.publish(conversions.event_to_msg(event))
@@ -81,10 +82,18 @@ class GvgNode(Node):
         about = conversions.header(cycle.stamp_ns, "")
         status = NodeStatus(header=about, node=self.get_name(), outputs=self._events_said, state=out.state.value)
         self._status.publish(status)
-        self._actions.after_step(out)
+        self._actions.after_step(out, cycle.stamp_ns)
         if cycle.stamp_ns >= self._next_map_ns and self._map.get_subscription_count():
             self._next_map_ns = cycle.stamp_ns + round(self._config.map_every_s * NS_PER_S)
             self._map.publish(self._local_map(cycle.stamp_ns))
+
+    def _joined(self, stamp_ns: int, sweeps: tuple[SonarSweep, ...]) -> SonarSweep:
+        """Return the cycle's sweeps as one; running free there may be none, or several."""
+        if sweeps:
+            self._ring = sweeps[-1].ring
+        if len(sweeps) == 1:
+            return sweeps[0]
+        return SonarSweep(stamp_ns, self._ring, tuple(ping for sweep in sweeps for ping in sweep.pings))
 
     def _local_map(self, stamp_ns: int) -> Marker:
         """Return the obstacle points as markers in odom."""
@@ -96,17 +105,9 @@ class GvgNode(Node):
         return marker
 
     def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        self._server = GvgServer(self._gvg_config)
+        self._actions.reset()
         response.success, response.message = True, "local map and goal forgotten"
         return response
-
-
-def _joined(stamp_ns: int, sweeps: tuple[SonarSweep, ...]) -> SonarSweep:
-    """Return the cycle's sweeps as one; running free there may be none, or several."""
-    if len(sweeps) == 1:
-        return sweeps[0]
-    ring = sweeps[-1].ring if sweeps else SCOUT_RING
-    return SonarSweep(stamp_ns, ring, tuple(ping for sweep in sweeps for ping in sweep.pings))
 
 
 def main() -> None:

@@ -80,11 +80,14 @@ class Recovery:
             self._homing.give_up(state)
         elif state is GvgState.STRAIGHT:
             now.lose()
-        elif state is GvgState.ACCESSING:
-            now.enter(state)
-        else:
+        elif state in (GvgState.TRACING, GvgState.RESUMING, GvgState.BACKING):
             now.tries += 1
             self._take_another_way()
+        elif state is GvgState.ACCESSING and now.tries >= TRIES:
+            now.lose()
+        else:
+            now.tries += 1
+            now.enter(state)
 
     def _take_another_way(self) -> None:
         """Take a way that is not blocked; where none is left, the edge ends."""
@@ -105,4 +108,4 @@ class Recovery:
     def _clearance_m(self) -> float:
         now, config = self._now, self._now.config
         near = closest_points(now.map.points(), now.pose.x, now.pose.y, config.reach_m, config.separation, most=1)
-        return near[0].distance_m if near else config.crawl_m
+        return near[0].distance_m if near else config.body_m

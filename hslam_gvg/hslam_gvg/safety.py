@@ -1,7 +1,8 @@
 """The reflex: raw pings bound the speed, last before the command leaves.
 
 The local map forgets, averages and waits for confirmation; what the sonars hear right now ahead of the body
-does not.  One near echo (it may be noise): slow down; two: stop.
+does not.  The nearer the first echo, the slower.  Within `stop_m` it may still be noise: crawl; confirmed by a second
+within `second_echo_m`, or at half the room: stop.
 """
 
 import math
@@ -36,7 +37,7 @@ class Reflex:
         """Start without echoes."""
         self._config = config
         self._echoes: deque[_Echo] = deque()
-        self._body_m = self._travel_m = 0.0
+        self._travel_m = 0.0
         self._at: SE2 | None = None
         self.blocked = False
         """Whether the last command was stopped."""
@@ -44,7 +45,6 @@ class Reflex:
     def hear(self, sweep: SonarSweep, poses: tuple[SE2, ...]) -> None:
         """Take a sweep; ``poses`` holds base_link in odom at each ping."""
         ring = sweep.ring
-        self._body_m = ring.mount_radius_m
         while self._echoes and self._is_old(self._echoes[0], sweep.stamp_ns):
             self._echoes.popleft()
         for ping, pose in zip(sweep.pings, poses, strict=True):
@@ -64,12 +64,12 @@ class Reflex:
         """Return the nearest and the second nearest room (m) from the body to echoes in its way; inf for none."""
         sign = -1.0 if backwards else 1.0
         c, s = sign * math.cos(base_in_odom.theta), sign * math.sin(base_in_odom.theta)
-        rooms = []
+        rooms, body_m = [], self._config.body_m
         for echo in self._echoes:
             dx, dy = echo.x - base_in_odom.x, echo.y - base_in_odom.y
             forward, left = c * dx + s * dy, c * dy - s * dx
-            if forward > 0.0 and abs(left) < self._body_m + SIDE_ROOM_M:
-                rooms.append(math.hypot(dx, dy) - self._body_m)
+            if forward > 0.0 and abs(left) < body_m + SIDE_ROOM_M:
+                rooms.append(math.hypot(dx, dy) - body_m)
         rooms.sort()
         return (*rooms, math.inf, math.inf)[0], (*rooms, math.inf, math.inf)[1]
 
@@ -81,7 +81,7 @@ class Reflex:
         config = self._config
         first, second = self.room(base_in_odom, wanted.forward < 0.0)
         allowed = max(CRAWL_M_S, APPROACH_RATE * (first - config.stop_m))
-        if first < config.stop_m and (second < config.crawl_m or first < 0.5 * config.stop_m):
+        if first < config.stop_m and (second < config.second_echo_m or first < 0.5 * config.stop_m):
             allowed = 0.0
             self.blocked = True
         return Velocity(max(-allowed, min(allowed, wanted.forward)), wanted.turn)

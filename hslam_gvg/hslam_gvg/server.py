@@ -19,7 +19,7 @@ from hslam_gvg.stall import StallWatch
 from hslam_gvg.states import GvgError, GvgOutput, GvgState
 from hslam_gvg.straight import Straight
 from hslam_gvg.tracing import Tracing
-from hslam_types.gvg_events import GoalKind, GvgGoal, NodeView
+from hslam_types.gvg_events import EventKind, GoalKind, GvgGoal, NodeView
 from hslam_types.se2 import SE2, wrap
 from hslam_types.sensing import OdometrySample, SonarSweep, Velocity
 
@@ -31,8 +31,14 @@ class GvgServer:
 
     def __init__(self, config: GvgConfig | None = None) -> None:
         """Start idle, knowing nothing."""
-        self.config = config = config or GvgConfig()
-        self._now = now = Situation(config)
+        self.config = config or GvgConfig()
+        self._lost = False
+        """Whether a reset has ended what the next step is to announce as lost."""
+        self._forget(Situation(self.config))
+
+    def _forget(self, now: Situation) -> None:
+        """Begin anew in a situation."""
+        self._now, config = now, self.config
         self._reflex, self._caution, self._stall = Reflex(config), Caution(config), StallWatch()
         self._before: OdometrySample | None = None
         self.next_goal: GvgGoal | None = None
@@ -65,37 +71,73 @@ class GvgServer:
         """The node the robot stands at, from its arrival to its departure."""
         return self._now.node
 
+    @property
+    def room_m(self) -> float:
+        """The usual clearance where the robot is, as far as it matters: up to the `wide_m` of the configuration."""
+        return self._now.room_m
+
+    @property
+    def path_length_m(self) -> float:
+        """The length of the traversal under way, so far; 0 without one."""
+        return self._now.journey.length_m if self._now.traversing else 0.0
+
+    @property
+    def distance_left_m(self) -> float:
+        """The way left to the target of the last straight drive."""
+        return self._straight.distance_left_m()
+
+    def reset(self) -> None:
+        """Forget the local map, the node and the goal, and stand still.
+
+        If a goal or a traversal was under way the next step announces LOST, so that nobody waits for its end; a goal
+        given before that step is begun in the one after.
+        """
+        before = self._now
+        self._lost |= before.traversing or before.state is not GvgState.IDLE or self.next_goal is not None
+        now = Situation(self.config)
+        now.stamp_ns, now.sequence = before.stamp_ns, before.sequence
+        self._forget(now)
+
     def start(self, goal: GvgGoal, decided_ns: int | None = None) -> None:
-        """Take a goal, which the next step begins; raises GvgError for a branch that the node stood at does not have.
+        """Take a goal, which the next step begins; raises GvgError for one that cannot be carried out from here.
 
         ``decided_ns`` is the cycle whose events led to the goal, if it was one's: the goal is then begun in the second
         cycle after, however early it comes. So whoever decides may work on a cycle while the next is driven, and the
-        run is the same every time.
+        run is the same every time.  Should the robot have left the node by then, the step drops the goal and says so.
         """
         if goal.kind is GoalKind.TRACE:
             self._departing.check(goal.branch)
+        elif goal.kind is GoalKind.STRAIGHT:
+            self._straight.check(goal.x_in_odom, goal.y_in_odom)
         self.next_goal, self._decided_ns = goal, decided_ns
 
     def step(self, odom: OdometrySample, sonar: SonarSweep) -> GvgOutput:
         """Take one cycle's inputs and return the command and what there is to announce."""
-        self._begin_goal()
+        dropped = self._begin_goal()
         now = self._now
         now.begin(odom)
+        if self._lost:
+            self._lost = False
+            now.announce(EventKind.LOST)
         self._hear(odom, sonar)
         if self._stall.sees(odom):
             self._recovery.held(self._stall.direction)
         wanted = self._states[now.state]()
         command = self._safe(wanted)
-        return GvgOutput(command, tuple(now.events), now.state)
+        return GvgOutput(command, tuple(now.events), now.state, dropped)
 
-    def _begin_goal(self) -> None:
-        """Begin the goal taken, unless its time comes later."""
+    def _begin_goal(self) -> str:
+        """Begin the goal taken, unless its time comes later; return why it cannot be begun, empty if it can."""
         goal = self.next_goal
-        if goal is None or (self._decided_ns is not None and self._now.stamp_ns <= self._decided_ns):
-            return
+        early = self._decided_ns is not None and self._now.stamp_ns <= self._decided_ns
+        if goal is None or early or self._lost:
+            return ""
         self.next_goal = None
         if goal.kind is GoalKind.TRACE:
-            self._departing.choose(goal.branch)
+            try:
+                self._departing.choose(goal.branch)
+            except GvgError as error:
+                return str(error)
         elif goal.kind is GoalKind.ACCESS:
             self._now.node = None
             self._now.enter(GvgState.LISTENING)
@@ -103,6 +145,8 @@ class GvgServer:
             self._straight.begin(goal.x_in_odom, goal.y_in_odom)
         else:
             self._now.enter(GvgState.IDLE)
+        self._stall.reset()
+        return ""
 
     def _hear(self, odom: OdometrySample, sonar: SonarSweep) -> None:
         """Put the pings, each from where it was fired, into the map and before the guards."""

@@ -53,7 +53,10 @@ class Situation:
         """Whether the last command was stopped."""
         self.events: list[GvgEvent] = []
         """What this step has to announce."""
-        self._sequence = 0
+        self.sequence = 0
+        """Number of the next event."""
+        self.traversing = False
+        """Whether the last event began a traversal, which no event has ended."""
         self._since_ns = self._free_ns = 0
 
     def begin(self, odom: OdometrySample) -> None:
@@ -74,8 +77,9 @@ class Situation:
 
     def announce(self, kind: EventKind, node: NodeView | None = None, branch: int = -1, length_m: float = 0.0) -> None:
         """Add an event to this step's."""
-        self.events.append(GvgEvent(self._sequence, self.stamp_ns, kind, node, branch, length_m))
-        self._sequence += 1
+        self.events.append(GvgEvent(self.sequence, self.stamp_ns, kind, node, branch, length_m))
+        self.sequence += 1
+        self.traversing = kind in (EventKind.ACCESS, EventKind.DEPARTURE)
 
     def lose(self) -> None:
         """Give up what was under way."""

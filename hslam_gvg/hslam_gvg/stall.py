@@ -28,6 +28,10 @@ class StallWatch:
         """The sign of the motion last commanded: 1 forwards, -1 backwards."""
         return -1.0 if self._told < 0.0 else 1.0
 
+    def reset(self) -> None:
+        """Forget what was commanded before: a new goal does not answer for how the last one ended."""
+        self._told = self._held_s = 0.0
+
     def sees(self, odom: OdometrySample) -> bool:
         """Take the odometry that answers the last command; True once the base has been held for `STALL_S`."""
         before, self._before = self._before, odom

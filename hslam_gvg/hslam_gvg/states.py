@@ -36,3 +36,5 @@ class GvgOutput:
     command: Velocity
     events: tuple[GvgEvent, ...]
     state: GvgState
+    dropped: str = ""
+    """Why the goal whose time had come was not begun; what was under way goes on."""

@@ -7,10 +7,14 @@ import numpy as np
 import pytest
 from drawn_walls import DEAD_END, HALF, T_JUNCTION, Wall, ideal_range, points_of
 
+from hslam_gvg.accessing import FIRST_SWEEP_S, OPEN_S
 from hslam_gvg.caution import BESIDE_WALLS, ONE, SEVERAL, Caution
 from hslam_gvg.config import GvgConfig
+from hslam_gvg.homing import Homing
 from hslam_gvg.obstacle_map import ObstacleMap
-from hslam_gvg.server import GvgServer
+from hslam_gvg.recovery import TRIES, Recovery
+from hslam_gvg.server import GvgServer, GvgState
+from hslam_gvg.situation import Situation
 from hslam_gvg.stall import STALL_S, StallWatch
 from hslam_gvg.trail import Trail
 from hslam_types.gvg_events import EventKind, GoalKind, GvgEvent, GvgGoal, NodeKind
@@ -104,6 +108,54 @@ def test_a_straight_drive_into_something_silent_is_given_up() -> None:
         kinds += [event.kind for event in out.events]
     assert kinds == [EventKind.LOST]
     assert 0 < floor.held <= STALL_S / STEP_S + 2
+
+
+@pytest.mark.parametrize("kind", [GoalKind.STOP, GoalKind.ACCESS])
+@pytest.mark.parametrize("held_for", range(1, math.ceil(STALL_S / STEP_S) + 1))
+def test_a_goal_begun_while_the_body_is_held_stands_still_all_the_same(kind: GoalKind, held_for: int) -> None:
+    floor = Floor(T_JUNCTION, (-4.0, 0.0, 0.1), SE2(-6.0, 0.0, 0.0))
+    server, rng, command = GvgServer(), np.random.default_rng(1), Velocity()
+    server.start(GvgGoal(GoalKind.STRAIGHT, x_in_odom=-2.0, y_in_odom=0.0))
+    while floor.held < held_for:
+        command = server.step(*floor.step(command, rng)).command
+    server.start(GvgGoal(kind))
+    for _ in range(math.ceil(FIRST_SWEEP_S / STEP_S) - 1):
+        out = server.step(*floor.step(command, rng))
+        command = out.command
+        assert out.state is (GvgState.IDLE if kind is GoalKind.STOP else GvgState.LISTENING)
+        assert command == Velocity()
+
+
+def test_an_access_that_is_held_again_and_again_is_given_up() -> None:
+    now = Situation(GvgConfig())
+    recovery = Recovery(now, Homing(now))
+    now.begin(OdometrySample(STEP_NS, SE2()))
+    now.enter(GvgState.ACCESSING)
+    for _ in range(TRIES):
+        recovery.held(1.0)
+        recovery.held(-1.0)
+        assert now.state is GvgState.ACCESSING
+    recovery.held(1.0)
+    recovery.held(-1.0)
+    assert now.state is GvgState.IDLE
+    assert [event.kind for event in now.events] == [EventKind.LOST]
+
+
+def test_in_the_open_the_gvg_is_taken_for_reached() -> None:
+    far = ((-90.0, 90.0, -89.0, 90.0),)
+    floor, server, rng, command = (
+        Floor(far, (50.0, 50.0, 0.1), SE2()),
+        GvgServer(),
+        np.random.default_rng(1),
+        Velocity(),
+    )
+    server.start(GvgGoal(GoalKind.ACCESS))
+    events = list[GvgEvent]()
+    while not events and floor.steps < 2.0 * (FIRST_SWEEP_S + OPEN_S) / STEP_S:
+        out = server.step(*floor.step(command, rng))
+        command, events = out.command, [*out.events]
+    assert [event.kind for event in events] == [EventKind.ACCESS]
+    assert floor.pose.x > 0.1, "it should have looked round on the move first"
 
 
 def watch(commands: list[float], shares: list[float], turn: float = 0.0) -> list[bool]:

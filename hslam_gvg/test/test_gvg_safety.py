@@ -47,6 +47,12 @@ def test_speed_falls_with_the_room() -> None:
     assert speeds[-1] < 0.1
 
 
+def test_room_is_reckoned_from_the_body_wherever_the_ring_is_mounted() -> None:
+    reflex = Reflex(GvgConfig(body_m=0.3))
+    reflex.hear(SonarSweep(10, SCOUT_RING, (SonarPing(0, 10, 0.5),)), (HERE,))
+    assert reflex.room(HERE, backwards=False)[0] == pytest.approx(SCOUT_RING.mount_radius_m + 0.5 - 0.3)
+
+
 def test_old_echoes_are_forgotten() -> None:
     reflex = reflex_hearing((0, 0.18), (0, 0.18))
     reflex.hear(SonarSweep(3_000_000_000, SCOUT_RING, ()), ())

@@ -1,0 +1,207 @@
+"""The node: one goal at a time, each answered with its own end, however late or often it is sent."""
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any
+
+import pytest
+import rclpy
+from geometry_msgs.msg import Point
+from hslam_msgs.action import AccessGvg, DriveStraight, TraceEdge
+from hslam_msgs.msg import GvgEvent, NodeStatus, SonarRing
+from nav_msgs.msg import Odometry
+from rclpy.action import ActionClient
+from rclpy.executors import Executor
+from rclpy.experimental import EventsExecutor
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from std_srvs.srv import Trigger
+
+from hslam_gvg.config import GvgConfig
+from hslam_gvg.gvg_actions import _OFFERS
+from hslam_gvg.gvg_node import GvgNode
+from hslam_ros import conversions
+from hslam_ros.qos import CYCLE, EVENTS
+from hslam_ros.stamps import stamp_to_msg
+from hslam_types.gvg_events import NodeKind, NodeView
+from hslam_types.se2 import SE2
+from hslam_types.sensing import SCOUT_RING, OdometrySample, SonarSweep
+
+STEP_NS = 120_000_000
+
+
+class Rest(Node):
+    """The base, standing in silence, and whoever sends goals."""
+
+    def __init__(self) -> None:
+        super().__init__("rest")
+        self.events: list[GvgEvent] = []
+        self.statuses: list[NodeStatus] = []
+        self.odom = self.create_publisher(Odometry, "odom", CYCLE)
+        self.sonar = self.create_publisher(SonarRing, "sonar", CYCLE)
+        self.create_subscription(GvgEvent, "gvg/events", self.events.append, EVENTS)
+        self.create_subscription(NodeStatus, "gvg/status", self.statuses.append, CYCLE)
+        self.access: Any = ActionClient(self, AccessGvg, "gvg/access")
+        self.trace: Any = ActionClient(self, TraceEdge, "gvg/trace")
+        self.straight: Any = ActionClient(self, DriveStraight, "gvg/drive_straight")
+        self.reset: Any = self.create_client(Trigger, "gvg/reset")
+
+
+class Pair:
+    """The node and the rest on one executor."""
+
+    def __init__(self) -> None:
+        self.gvg, self.rest, self.stamp_ns = GvgNode(), Rest(), 0
+        self._executor: Executor = EventsExecutor()
+        self._executor.add_node(self.gvg)
+        self._executor.add_node(self.rest)
+        for client in (self.rest.access, self.rest.trace, self.rest.straight):
+            self.spin_until(client.server_is_ready)
+
+    def spin_until(self, predicate: Callable[[], bool], timeout_s: float = 20.0) -> None:
+        """Run callbacks until something holds; fails after ``timeout_s`` of wall time."""
+        deadline = time.monotonic() + timeout_s
+        while not predicate():
+            assert time.monotonic() < deadline, "nothing came in time"
+            self._executor.spin_once(timeout_sec=0.05)
+
+    def cycle(self) -> None:
+        """Say one cycle and wait for its answer."""
+        self.stamp_ns += STEP_NS
+        answered = len(self.rest.statuses)
+        self.rest.odom.publish(conversions.odometry_to_msg(OdometrySample(self.stamp_ns, SE2())))
+        self.rest.sonar.publish(conversions.sonar_to_msg(SonarSweep(self.stamp_ns, SCOUT_RING, ())))
+        self.spin_until(lambda: len(self.rest.statuses) > answered)
+
+    def send(self, client: Any, goal: Any) -> Any:
+        """Send a goal and return its handle."""
+        return self.wait(client.send_goal_async(goal))
+
+    def wait(self, future: Any) -> Any:
+        """Return what a future brings."""
+        self.spin_until(future.done)
+        return future.result()
+
+    def result(self, handle: Any) -> Any:
+        """Return how a goal ended."""
+        return self.wait(handle.get_result_async()).result
+
+    def stand_at_node(self) -> None:
+        """Put the robot at a meet point, facing its first branch."""
+        self.gvg._server._now.node = NodeView(NodeKind.MEET_POINT, 0.0, 0.0, 1.0, (0.0, 2.0, -2.0))
+
+    def close(self) -> None:
+        """End the executor, then the nodes."""
+        self._executor.shutdown()
+        self.gvg.destroy_node()
+        self.rest.destroy_node()
+
+
+@pytest.fixture
+def pair() -> Iterator[Pair]:
+    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+    made = Pair()
+    yield made
+    made.close()
+    rclpy.try_shutdown()
+
+
+def test_a_reset_aborts_the_goal_and_counts_events_on(pair: Pair) -> None:
+    for sequence in (0, 1):
+        handle = pair.send(pair.rest.access, AccessGvg.Goal())
+        pair.cycle()
+        assert pair.rest.statuses[-1].state == "listening"
+        assert pair.wait(pair.rest.reset.call_async(Trigger.Request())).success
+        pair.cycle()
+        result = pair.result(handle)
+        assert (result.success, result.message) == (False, "reset")
+        pair.spin_until(lambda sequence=sequence: len(pair.rest.events) > sequence)  # type: ignore[misc]
+        assert [event.sequence for event in pair.rest.events] == list(range(sequence + 1))
+        assert {event.kind for event in pair.rest.events} == {GvgEvent.LOST}
+
+
+def test_a_goal_sent_again_is_the_goal_under_way(pair: Pair) -> None:
+    pair.cycle()
+    pair.stand_at_node()
+    goal = TraceEdge.Goal(branch=0, decided=stamp_to_msg(pair.stamp_ns - 1))
+    first = pair.send(pair.rest.trace, goal)
+    pair.cycle()
+    assert pair.rest.statuses[-1].state == "tracing"
+    again = pair.send(pair.rest.trace, goal)
+    assert first.accepted
+    assert again.accepted
+    assert not pair.send(pair.rest.trace, TraceEdge.Goal(branch=1, decided=goal.decided)).accepted
+    pair.cycle()
+    assert pair.rest.statuses[-1].state == "tracing"
+    pair.spin_until(lambda: len(pair.rest.events) > 0)
+    assert [event.kind for event in pair.rest.events] == [GvgEvent.DEPARTURE]
+    assert pair.wait(pair.rest.reset.call_async(Trigger.Request())).success
+    assert pair.result(again).message == "reset"
+
+
+def test_a_goal_dropped_is_answered_and_the_node_lives_on(pair: Pair) -> None:
+    pair.cycle()
+    pair.stand_at_node()
+    pair.send(pair.rest.trace, TraceEdge.Goal(branch=0))
+    late = pair.send(pair.rest.trace, TraceEdge.Goal(branch=0, decided=stamp_to_msg(pair.stamp_ns)))
+    assert late.accepted
+    pair.gvg._server._now.node = None
+    pair.cycle()
+    pair.cycle()
+    result = pair.result(late)
+    assert not result.success
+    assert "at no node" in result.message
+    pair.cycle()
+
+
+@pytest.mark.parametrize(
+    ("action", "goal", "expected"),
+    [
+        ("access", AccessGvg.Goal(), AccessGvg.Feedback(state="listening", clearance=GvgConfig().wide_m)),
+        ("trace", TraceEdge.Goal(branch=0), TraceEdge.Feedback(state="tracing", path_length=0.0)),
+        (
+            "straight",
+            DriveStraight.Goal(target=Point(x=2.0)),
+            DriveStraight.Feedback(state="straight", distance_left=2.0),
+        ),
+    ],
+)
+def test_a_goal_under_way_says_how_far_it_has_come(pair: Pair, action: str, goal: Any, expected: Any) -> None:
+    pair.cycle()
+    pair.stand_at_node()
+    heard: list[Any] = []
+    client = getattr(pair.rest, action)
+    pair.wait(client.send_goal_async(goal, feedback_callback=lambda msg: heard.append(msg.feedback)))
+    pair.cycle()
+    pair.spin_until(lambda: len(heard) > 0)
+    assert heard == [expected]
+
+
+def test_a_cycle_without_pings_keeps_the_ring_last_heard(pair: Pair) -> None:
+    other = replace(SCOUT_RING, mount_radius_m=0.3)
+    assert pair.gvg._joined(1, (SonarSweep(1, other, ()),)).ring == other
+    assert pair.gvg._joined(2, ()) == SonarSweep(2, other, ())
+
+
+class Handle:
+    """An action's goal handle that is executed when the test says so."""
+
+    def __init__(self, name: bytes) -> None:
+        self.goal_id = type("GoalId", (), {"uuid": name})
+        self.is_cancel_requested = False
+
+    def execute(self) -> None:
+        """Leave it to the executor, later."""
+
+    def abort(self) -> None:
+        """End without success."""
+
+
+def test_two_goals_that_end_together_are_answered_each_with_its_own_end(pair: Pair) -> None:
+    actions, first, second = pair.gvg._actions, Handle(b"first"), Handle(b"second")
+    actions._on_accepted(_OFFERS["~/access"], first)
+    actions._on_accepted(_OFFERS["~/access"], second)
+    actions.reset()
+    messages = [actions._on_end(AccessGvg, handle).message for handle in (first, second)]
+    assert messages == ["a new goal took its place", "reset"]
