@@ -41,7 +41,7 @@ class Departing:
             raise GvgError("the node to depart from is gone: give the goal 'access'")
         bearing = node.bearings_in_odom[self._branch]
         if abs(wrap(bearing - now.pose.theta)) > ALIGNED:
-            return turn_to(now.pose, bearing, now.config.turn_rad_s)
+            return self._turn(bearing)
         now.announce(EventKind.DEPARTURE, node, self._branch)
         now.handled = [(node.x_in_odom, node.y_in_odom, now.map.travel_m + now.config.suppress_travel_m)]
         now.doubts.clear()
@@ -56,7 +56,15 @@ class Departing:
         """Turn to go on along the edge under way."""
         now = self._now
         if abs(wrap(now.heading - now.pose.theta)) > ALIGNED:
-            return turn_to(now.pose, now.heading, now.config.turn_rad_s)
+            return self._turn(now.heading)
         now.journey.resume(now.pose.x, now.pose.y)
         now.enter(GvgState.TRACING)
         return Velocity()
+
+    def _turn(self, heading: float) -> Velocity:
+        """Turn to a direction (rad); a base that does not come round to it is lost."""
+        now = self._now
+        if now.stuck():
+            now.lose()
+            return Velocity()
+        return turn_to(now.pose, heading, now.config.turn_rad_s)

@@ -10,11 +10,12 @@ from drawn_walls import DEAD_END, HALF, T_JUNCTION, Wall, ideal_range, points_of
 from hslam_gvg.accessing import FIRST_SWEEP_S, OPEN_S
 from hslam_gvg.caution import BESIDE_WALLS, ONE, SEVERAL, Caution
 from hslam_gvg.config import GvgConfig
+from hslam_gvg.departing import Departing
 from hslam_gvg.homing import Homing
 from hslam_gvg.obstacle_map import ObstacleMap
 from hslam_gvg.recovery import TRIES, Recovery
 from hslam_gvg.server import GvgServer, GvgState
-from hslam_gvg.situation import Situation
+from hslam_gvg.situation import STUCK_S, Situation
 from hslam_gvg.stall import STALL_S, StallWatch
 from hslam_gvg.trail import Trail
 from hslam_types.gvg_events import EventKind, GoalKind, GvgEvent, GvgGoal, NodeKind
@@ -124,6 +125,18 @@ def test_a_goal_begun_while_the_body_is_held_stands_still_all_the_same(kind: Goa
         command = out.command
         assert out.state is (GvgState.IDLE if kind is GoalKind.STOP else GvgState.LISTENING)
         assert command == Velocity()
+
+
+def test_a_base_that_does_not_come_round_is_lost() -> None:
+    now = Situation(GvgConfig())
+    departing = Departing(now)
+    now.heading = 1.0
+    now.enter(GvgState.RESUMING)
+    assert departing.resume().turn > 0.0
+    now.stamp_ns += round(11.0 * STUCK_S * 1e9)
+    assert departing.resume() == Velocity()
+    assert [event.kind for event in now.events] == [EventKind.LOST]
+    assert now.state is GvgState.IDLE
 
 
 def test_an_access_that_is_held_again_and_again_is_given_up() -> None:
