@@ -4,6 +4,7 @@ import gc
 import signal
 import sys
 from collections.abc import Callable
+from pathlib import Path
 from types import FrameType
 
 import rclpy
@@ -51,7 +52,7 @@ def run(make_node: Callable[[], Node], done: Callable[[Node], bool] = lambda _: 
         while not stop.asked and not done(node):
             executor.spin_once(timeout_sec=_POLL_S)
     except HslamError as error:
-        sys.stderr.write(f"{node.get_name() if node else sys.argv[0]}: {error}\n")
+        sys.stderr.write(f"{node.get_name() if node else Path(sys.argv[0]).name}: {error}\n")
         code = 1
     finally:
         if node is not None:
