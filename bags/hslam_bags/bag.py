@@ -45,13 +45,15 @@ class Bag:
         self._tolerant = tolerant
         self._scratch: tempfile.TemporaryDirectory[str] | None = None
         self._files: dict[str, Storage] = {}
+        self._packed = False
         if not path.exists():
             raise BagError(path, "", "does not exist")
         listed = self._listed() if path.is_dir() else _Listed([path], "", {})
         self.custom: Mapping[str, str] = listed.custom
+        self._packed = listed.packing == "message"
         for file in listed.files:
             try:
-                self._files[file.name] = self._open(file, listed.packing)
+                self._files[file.name] = self._open(file)
             except BagError as error:
                 self._complain(error)
 
@@ -110,7 +112,8 @@ class Bag:
                     return storage.messages(names, start_ns, end_ns)
 
                 pieces.append((storage.span_ns[0], iterate))
-        return in_time_order(pieces)
+        found = in_time_order(pieces)
+        return self._unpacked(found) if self._packed else found
 
     def close(self) -> None:
         """Close the files."""
@@ -145,14 +148,26 @@ class Bag:
         known = [file for file in listed.files if file.exists()]
         return listed._replace(files=known + [file for file in present if file not in known])
 
-    def _open(self, file: Path, packing: str) -> Storage:
+    def _unpacked(self, messages: Iterator[StoredMessage]) -> Iterator[StoredMessage]:
+        """Yield messages that were packed one by one."""
+        unpacker = zstandard.ZstdDecompressor()
+        for message in messages:
+            try:
+                raw = unpacker.decompressobj().decompress(message.raw)
+            except zstandard.ZstdError as error:
+                place = f"topic {message.topic} at {message.log_ns} ns"
+                self._complain(BagError(self.path, place, f"a message cannot be unpacked: {error}"))
+                continue
+            yield message._replace(raw=raw)
+
+    def _open(self, file: Path) -> Storage:
         """Open one file by its name's ending; one packed as a whole is unpacked aside first."""
         if file.suffix == ".zstd":
             file = self._unpack(file)
         if file.suffix == ".mcap":
             return McapStorage(file, self._complain)
         if file.suffix == ".db3":
-            return SqliteStorage(file, self._complain, packed=packing == "message")
+            return SqliteStorage(file, self._complain)
         raise BagError(file, "", "is neither .mcap nor .db3, nor a bag's directory")
 
     def _unpack(self, file: Path) -> Path:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from hslam_bags.info import info
 from hslam_bags.repair import repair
+from hslam_bags.replay_configuration import ReplayConfiguration
 
 __all__ = ["info", "parameter_arguments", "record", "repair", "replay"]
 
@@ -23,14 +24,21 @@ def record(path: Path, topics: Sequence[str] = (), settings: Mapping[str, Settin
     _run(main, {"path": str(path), "topics": ",".join(topics)} | dict(settings or {}))
 
 
-def replay(path: Path, topics: Sequence[str] = (), settings: Mapping[str, Setting] | None = None) -> None:
+def replay(
+    path: Path,
+    topics: Sequence[str] = (),
+    exclude: Sequence[str] = (),
+    settings: Mapping[str, Setting] | None = None,
+) -> None:
     """Replay the bag at ``path`` to its end; ends the process with the node's exit status.
 
-    ``settings`` are parameters of `replay_node` by name: rate, lockstep, live, start_s, paused ...
+    ``exclude`` is left out besides what always is; ``settings`` are parameters of `replay_node` by name: rate,
+    lockstep, live, start_s, paused ...
     """
     from hslam_bags.replay_node import main  # noqa: PLC0415  (as above)
 
-    _run(main, {"path": str(path), "topics": ",".join(topics)} | dict(settings or {}))
+    left_out = ",".join((ReplayConfiguration().exclude, *exclude))
+    _run(main, {"path": str(path), "topics": ",".join(topics), "exclude": left_out} | dict(settings or {}))
 
 
 def parameter_arguments(settings: Mapping[str, Setting]) -> list[str]:

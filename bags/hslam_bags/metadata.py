@@ -1,6 +1,7 @@
 """The metadata.yaml of a rosbag2 directory, version 9 (Jazzy)."""
 
 import json
+import textwrap
 from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
@@ -80,6 +81,11 @@ def to_yaml(metadata: Metadata) -> str:
     lines += ["  custom_data:" + ("" if metadata.custom else " ~")]
     lines += [f"    {json.dumps(key)}: {json.dumps(value)}" for key, value in metadata.custom.items()]
     return "\n".join([*lines, "  ros_distro: jazzy", ""])
+
+
+def to_record(metadata: Metadata) -> str:
+    """Return what an MCAP file's own metadata record holds: the same, without the key around it."""
+    return textwrap.dedent(to_yaml(metadata).partition("\n")[2])
 
 
 def _span(span_ns: tuple[int, int] | None, indent: str) -> tuple[str, ...]:

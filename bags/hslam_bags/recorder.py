@@ -13,7 +13,7 @@ from typing import Self
 from hslam_bags.definitions import Definition, DefinitionSource
 from hslam_bags.errors import BagError
 from hslam_bags.mcap_file import McapFile
-from hslam_bags.metadata import FileInfo, Metadata, TopicInfo, to_yaml, write_metadata
+from hslam_bags.metadata import FileInfo, Metadata, TopicInfo, to_record, write_metadata
 from hslam_bags.qos import OfferedQos, qos_to_yaml
 from hslam_types.config import Configuration, parameter
 from hslam_types.errors import ConfigurationError
@@ -164,7 +164,7 @@ class Recorder:
             try:
                 file.flush()
                 self._done[file.path.name] = _file_info(file)
-                file.close({"serialized_metadata": to_yaml(self.metadata())})
+                file.close({"serialized_metadata": to_record(self.metadata())})
                 self._write_metadata()
             except BagError as error:
                 raise self._fail(error, file) from error

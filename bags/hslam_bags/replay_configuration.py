@@ -11,7 +11,10 @@ class ReplayConfiguration(Configuration):
 
     path: str = parameter("", "the bag: a folder, or a .mcap or .db3 file")
     topics: str = parameter("", "names or regular expressions of the topics, by commas; empty: all")
-    exclude: str = parameter("/rosout", "names or regular expressions of topics left out, by commas")
+    exclude: str = parameter(
+        "/rosout,/events/.*_split",
+        "names or regular expressions of topics left out, by commas; by default a log and ros2 bag's own events",
+    )
     live: str = parameter(
         "", "nodes that run now, by commas: what they said then is left out, lock-step waits for them"
     )

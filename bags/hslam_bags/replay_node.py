@@ -52,7 +52,8 @@ class ReplayNode(Node):
         # What live nodes say now, and what this node says itself, is left out.
         own = ("/clock", *sorted(self._promises.status_topics), *(f"/{name}/.*" for name in self._live))
         choice = TopicChoice(names(self._config.topics), (*names(self._config.exclude), *own), hidden=True)
-        topics = {name: topic for name, topic in self._bag.topics.items() if name in choice}
+        counts = self._bag.counts
+        topics = {name: topic for name, topic in self._bag.topics.items() if name in choice and counts[name]}
         self._topics = ReplayTopics(self, self._bag.path, topics, keep_for_late=self._config.lockstep)
         self._clock_topic = self.create_publisher(ClockMsg, "/clock", CYCLE)
         self._statuses = {

@@ -4,8 +4,6 @@ import sqlite3
 from collections.abc import Collection, Iterator
 from pathlib import Path
 
-import zstandard
-
 from hslam_bags.errors import BagError
 from hslam_bags.qos import qos_from_yaml
 from hslam_bags.stored import Complaint, StoredMessage, StoredTopic
@@ -14,11 +12,10 @@ from hslam_bags.stored import Complaint, StoredMessage, StoredTopic
 class SqliteStorage:
     """One .db3 file, opened read-only."""
 
-    def __init__(self, path: Path, complain: Complaint, *, packed: bool = False) -> None:
-        """Open ``path``; ``packed``: each message is packed by zstd. BagError if nothing of it can be read."""
+    def __init__(self, path: Path, complain: Complaint) -> None:
+        """Open ``path``; BagError if nothing of it can be read."""
         self.path = path
         self._complain = complain
-        self._unpack = zstandard.ZstdDecompressor().decompressobj if packed else None
         self._topics: dict[int, StoredTopic] = {}
         if not path.is_file():
             raise BagError(path, "", "cannot be read: no such file")
@@ -60,9 +57,8 @@ class SqliteStorage:
                 if not isinstance(stamp_ns, int) or not isinstance(data, bytes):
                     self._complain(BagError(self.path, f"message {row_id}", "has no time or no bytes"))
                 elif key in wanted:
-                    raw = self._unpack().decompress(data) if self._unpack else data
-                    yield StoredMessage(wanted[key].name, wanted[key].type_name, raw, stamp_ns, stamp_ns)
-        except (sqlite3.Error, zstandard.ZstdError, ValueError) as error:
+                    yield StoredMessage(wanted[key].name, wanted[key].type_name, data, stamp_ns, stamp_ns)
+        except (sqlite3.Error, ValueError) as error:
             self._complain(BagError(self.path, f"after message {last}", str(error)))
 
     def close(self) -> None:

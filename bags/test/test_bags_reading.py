@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+import zstandard
 from bag_messages import STRING, record_strings, string_cdr
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -91,6 +92,19 @@ def test_reads_bags_that_rosbags_wrote(bag: Path, plugin: StoragePlugin, mode: C
         assert topic.offers == (LATCHED,)
         assert "string data" in topic.definition
         assert opened.counts == {"/map": 100}
+
+
+def test_reads_mcap_whose_messages_were_packed_one_by_one(bag: Path, definitions: DefinitionSource) -> None:
+    """As `ros2 bag record -s mcap --compression-mode message` leaves it."""
+    with Recorder(bag, SMALL_CHUNKS, definitions=definitions) as recorder:
+        for index in range(100):
+            packed = zstandard.compress(string_cdr(str(index)))
+            recorder.write("/chatter", STRING, packed if index else b"no zstd", index * 10)
+    listed = bag / "metadata.yaml"
+    listed.write_text(listed.read_text().replace('compression_mode: ""', "compression_mode: MESSAGE"))
+    with pytest.raises(BagError, match="topic /chatter at 0 ns: a message cannot be unpacked"):
+        read(bag)
+    assert read(bag, tolerant=True) == [(index * 10, string_cdr(str(index))) for index in range(1, 100)]
 
 
 @pytest.mark.parametrize("compression", list(CompressionType))

@@ -71,6 +71,11 @@ def test_offered_qos_and_type_hash_are_kept(bag: Path, definitions: DefinitionSo
         assert connection.digest == "RIHS01_0123"
     stored = yaml.safe_load((bag / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
     assert stored["custom_data"] == {"seed": "7", "note": 'a "b": c'}
+    with (bag / "bag_0.mcap").open("rb") as stream:
+        (record,) = make_reader(stream).iter_metadata()
+    # ros2 bag reads this instead of metadata.yaml where it can, and there without the key around it.
+    assert record.name == "rosbag2"
+    assert yaml.safe_load(record.metadata["serialized_metadata"]) == stored
 
 
 def test_splits_by_recorded_time_and_by_size(tmp_path: Path, definitions: DefinitionSource) -> None:

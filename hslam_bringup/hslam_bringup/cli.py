@@ -123,6 +123,10 @@ def replay(
     bag: BagPath,
     *,
     topics: Topics = None,
+    exclude: Annotated[
+        list[str] | None,
+        typer.Option("--exclude", help="leave out topics of this name or pattern, besides /rosout; repeatable"),
+    ] = None,
     rate: Annotated[float, typer.Option(help="bag time by wall time", min=0.001)] = 1.0,
     start: Annotated[float, typer.Option(help="seconds from the first message to begin at", min=0.0)] = 0.0,
     paused: Annotated[bool, typer.Option("--paused", help="begin at rest; wake it by the service ~/resume")] = False,
@@ -136,7 +140,12 @@ def replay(
     """Publish a bag's messages, with /clock."""
     from hslam_bags.commands import replay as run
 
-    run(bag, topics or (), {"rate": rate, "start_s": start, "paused": paused, "live": live, "lockstep": lockstep})
+    run(
+        bag,
+        topics or (),
+        exclude or (),
+        {"rate": rate, "start_s": start, "paused": paused, "live": live, "lockstep": lockstep},
+    )
 
 
 @app.command()
