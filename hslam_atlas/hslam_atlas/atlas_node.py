@@ -112,7 +112,7 @@ class AtlasNode(Node):
         events: tuple[gvg_events.GvgEvent, ...] = cycle.inputs["events"]
         maps = tuple(item for item in cycle.inputs["maps"] if isinstance(item, edge_map.EdgeMap))
         links = tuple(item for item in cycle.inputs["maps"] if isinstance(item, edge_map.FrameLink))
-        out = self._server.step(cycle.stamp_ns, events, maps, links)
+        out = self._server.step(events, maps, links)
         if out.changed:
             self._publish_graph(cycle.stamp_ns)
         if out.goal is None:

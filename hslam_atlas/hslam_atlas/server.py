@@ -55,14 +55,9 @@ class AtlasServer:
         self.exploring = False
 
     def step(
-        self,
-        stamp_ns: int,
-        events: tuple[GvgEvent, ...],
-        edge_maps: tuple[EdgeMap, ...],
-        links: tuple[FrameLink, ...],
+        self, events: tuple[GvgEvent, ...], edge_maps: tuple[EdgeMap, ...], links: tuple[FrameLink, ...]
     ) -> AtlasOutput:
         """Take one cycle: enter what happened, then decide if the robot waits for a goal."""
-        del stamp_ns  # events, maps and links carry their own order
         changed = False
         for event in events:
             changed |= self._enter(event, edge_maps, links)

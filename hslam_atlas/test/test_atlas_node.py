@@ -158,13 +158,13 @@ def test_lock_step_gives_the_atlas_of_the_plain_server(start: Start, tmp_path: P
     pair.rest.open_actions()
     pair.explore(GOALS)
     plain, base = AtlasServer(), walker()
-    goal = plain.step(0, (), (), ()).goal
+    goal = plain.step((), (), ()).goal
     asked: list[GvgGoal] = []
     while goal is not None and len(asked) <= GOALS:
         asked.append(goal)
         if len(asked) <= GOALS:
             for step in base.follow(goal):
-                goal = plain.step(step.stamp_ns, step.events, step.edge_maps, step.links).goal
+                goal = plain.step(step.events, step.edge_maps, step.links).goal
     with AtlasStore(tmp_path / "atlas.db") as written:
         assert list(written.dump()) == list(plain.store.dump())
     assert [(goal.kind, goal.branch) for goal in pair.rest.goals] == [(goal.kind, goal.branch) for goal in asked]

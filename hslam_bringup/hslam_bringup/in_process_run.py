@@ -68,7 +68,7 @@ class InProcessRun:
 
         driven = self.gvg.step(odom, base.sonar)
         mapped = self.ekf.step(odom, base.landmarks, driven.events)
-        decided = self.atlas.step(stamp_ns, driven.events, mapped.edge_maps, mapped.links)
+        decided = self.atlas.step(driven.events, mapped.edge_maps, mapped.links)
         if decided.goal is not None:
             self.gvg.start(decided.goal, stamp_ns)
         self._command = driven.command
