@@ -2,18 +2,16 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-from hslam_msgs.action import Explore
 from hslam_msgs.msg import Atlas, EdgeMap, FrameLink, GvgEvent, NodeStatus
 from hslam_msgs.srv import AtlasFile, IdentifyNode
-from rclpy.action import ActionServer
 from rclpy.node import Node
 from visualization_msgs.msg import MarkerArray
 
 from hslam_atlas.atlas_messages import atlas_to_markers, atlas_to_msg
 from hslam_atlas.config import AtlasConfig
 from hslam_atlas.errors import StoreError
+from hslam_atlas.explore_action import ExploreAction, out_of_reach
 from hslam_atlas.gvg_client import GvgClient
 from hslam_atlas.server import AtlasOutput, AtlasServer
 from hslam_atlas.store import AtlasStore
@@ -55,15 +53,12 @@ class AtlasNode(Node):
         self._cycles: list[Cycle] = []
         self._deciding = False
         self._outputs = 0
-        self._exploring: Any = None
         self._gvg = GvgClient(self, self._config.gvg)
         self._create_topics()
         self.create_service(AtlasFile, "~/save", self._on_save)
         self.create_service(AtlasFile, "~/load", self._on_load)
         self.create_service(IdentifyNode, "~/identify", self._on_identify)
-        self._explore = ActionServer(
-            self, Explore, "~/explore", self._on_explored, handle_accepted_callback=self._on_explore
-        )
+        self._explore = ExploreAction(self, lambda: self._server)
 
     def close(self) -> None:
         """Close the atlas file."""
@@ -118,6 +113,8 @@ class AtlasNode(Node):
         if out.goal is None:
             self._answer(cycle.stamp_ns, out)
             return
+        if out.finished and self._server.unexplored:
+            self.get_logger().warning(f"exploration ends, {out_of_reach(self._server.unexplored)}")
         # The cycle is answered once the goal is taken: in lock-step the cycle that begins it must not come before.
         self._deciding = True
         self._gvg.send(
@@ -127,6 +124,7 @@ class AtlasNode(Node):
     def _on_goal_answer(self, stamp_ns: int, out: AtlasOutput, *, accepted: bool) -> None:
         if not accepted:
             self.get_logger().error(f"GVG refused the goal {out.goal}")
+            self._server.refused()
         self._outputs += 1
         self._deciding = False
         self._answer(stamp_ns, out)
@@ -135,26 +133,21 @@ class AtlasNode(Node):
     def _answer(self, stamp_ns: int, out: AtlasOutput) -> None:
         graph = self._server.state.graph
         status = NodeStatus(header=conversions.header(stamp_ns, ""), node=self.get_name(), outputs=self._outputs)
-        status.state = "explored" if out.finished else "exploring" if self._server.exploring else "mapping"
-        status.detail = f"{len(graph.nodes)} nodes, {len(graph.edges)} edges, {self._server.unexplored()} unexplored"
+        left = self._server.unexplored
+        status.detail = f"{len(graph.nodes)} nodes, {len(graph.edges)} edges, {left} unexplored"
+        if out.finished:
+            status.state = "stopped" if left else "explored"
+            status.detail += " and out of reach" if left else ""
+        else:
+            status.state = "exploring" if self._server.exploring else "mapping"
         status.finished = out.finished
         self._status.publish(status)
-        if out.finished and self._exploring is not None:
-            handle, self._exploring = self._exploring, None
-            handle.execute()
+        self._explore.after_step(out)
 
     def _publish_graph(self, stamp_ns: int) -> None:
         self._atlas.publish(atlas_to_msg(self._server, stamp_ns))
         if self._markers.get_subscription_count():
             self._markers.publish(atlas_to_markers(self._server, stamp_ns))
-
-    def _on_explore(self, handle: Any) -> None:
-        self._exploring = handle  # carried out by the steps to come; executed, that is answered, when explored
-        self._server.explore()
-
-    def _on_explored(self, handle: Any) -> Explore.Result:
-        handle.succeed()
-        return Explore.Result(success=True, message="no branch is left unexplored")
 
     def _on_save(self, request: AtlasFile.Request, response: AtlasFile.Response) -> AtlasFile.Response:
         try:
@@ -166,10 +159,11 @@ class AtlasNode(Node):
 
     def _on_load(self, request: AtlasFile.Request, response: AtlasFile.Response) -> AtlasFile.Response:
         try:
-            store = AtlasStore(Path(request.path))
-            self._server = AtlasServer(self._server.state.config, store)
+            store = AtlasStore(Path(request.path), create=False)
+            server = AtlasServer(self._server.state.config, store)
+            server.exploring = self._server.exploring
             self._store.close()
-            self._store = store
+            self._server, self._store = server, store
             response.success, response.message = True, f"loaded {request.path}; the robot has to find itself"
         except StoreError as error:
             response.success, response.message = False, str(error)

@@ -9,7 +9,7 @@ from edge_walker import EdgeWalker, WalkNoise
 from test_atlas_exploration import Explored
 
 from hslam_atlas.server import AtlasServer
-from hslam_types.gvg_events import EventKind
+from hslam_types.gvg_events import EventKind, GoalKind
 
 CALM = WalkNoise(degree_misread=0.0, node_missed=0.0)
 
@@ -88,6 +88,26 @@ def test_losing_the_way_asks_for_the_gvg_again() -> None:
     assert again is not None
     assert again.kind.name == "ACCESS"
     assert server.state.graph.nodes[0].branches[goal.branch].attempts == 1
+
+
+def test_a_refused_goal_is_followed_by_asking_for_the_gvg_again() -> None:
+    walker = EdgeWalker(floor(1), 0, np.random.default_rng(1), CALM)
+    server = AtlasServer()
+    goal = server.step((), (), ()).goal
+    assert goal is not None
+    for step in walker.follow(goal):
+        goal = server.step(step.events, (), ()).goal
+    assert goal is not None
+    assert goal.kind is GoalKind.TRACE
+    assert server.step((), (), ()).goal is None
+    server.refused()
+    again = server.step((), (), ()).goal
+    assert again is not None
+    assert again.kind is GoalKind.ACCESS
+    for step in walker.follow(again):
+        goal = server.step(step.events, (), ()).goal
+    assert goal is not None
+    assert goal.kind is GoalKind.TRACE
 
 
 @pytest.mark.parametrize(("reach_m", "length_m"), [(0.5, 0.0), (1.8, 3.6)])

@@ -26,6 +26,7 @@ from hslam_ekf.config import EkfConfig
 from hslam_ekf.server import EkfServer
 from hslam_gvg.config import GvgConfig
 from hslam_gvg.server import GvgServer
+from hslam_gvg.states import GvgError
 from hslam_ros import conversions
 from hslam_ros.stamps import NS_PER_S
 from hslam_sim import sim_messages
@@ -70,7 +71,10 @@ class InProcessRun:
         mapped = self.ekf.step(odom, base.landmarks, driven.events)
         decided = self.atlas.step(driven.events, mapped.edge_maps, mapped.links)
         if decided.goal is not None:
-            self.gvg.start(decided.goal, stamp_ns)
+            try:
+                self.gvg.start(decided.goal, stamp_ns)
+            except GvgError:  # as the node is told by the action server
+                self.atlas.refused()
         self._command = driven.command
         self.finished, self._explored = self._explored, decided.finished  # the cycle under way meanwhile is the last
 
