@@ -1,9 +1,8 @@
 """The main job: explore, then score and draw what was learnt."""
 
-from typing import Any
-
 from rich.console import Console
 
+from hslam_bringup.errors import RunError
 from hslam_bringup.in_process_run import run_in_process
 from hslam_bringup.progress import ExplorationProgress
 from hslam_bringup.run_options import RunOptions
@@ -12,10 +11,10 @@ from hslam_bringup.separate_run import run_separately
 from hslam_sim.worlds import load_world
 
 
-def explore_and_report(options: RunOptions, *, in_process: bool, console: Console) -> dict[str, Any]:
-    """Run one exploration and leave bag, atlas, figures and report in ``options.out``; return the report's fields.
+def explore_and_report(options: RunOptions, *, in_process: bool, console: Console) -> None:
+    """Run one exploration and leave bag, atlas, figures and report in ``options.out``.
 
-    Raises HslamError where the run breaks; what was recorded until then stays readable.
+    Raises HslamError where the run breaks or something is left unexplored; what was recorded stays readable.
     """
     load_world(options.world, landmark_seed=options.seed)  # a world that cannot be read is told before anything starts
     run = run_in_process if in_process else run_separately
@@ -25,4 +24,8 @@ def explore_and_report(options: RunOptions, *, in_process: bool, console: Consol
         fields = report_run(options, end, progress.wall_time_s)
     console.print(as_table(fields))
     console.print(f"bag, atlas, figures and report are in {options.out}")
-    return fields
+    if not end.finished:
+        limit = f"{options.time_limit_s:.0f} simulated seconds"
+        raise RunError(f"not finished after {limit}; what was learnt until then is in {options.out}")
+    if left := fields["unexplored"]:
+        raise RunError(f"not finished: branches that could not be reached: {left}; what was learnt is in {options.out}")

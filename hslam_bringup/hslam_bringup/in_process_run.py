@@ -99,7 +99,7 @@ class InProcessRun:
 
 
 def run_in_process(options: RunOptions, show: Callable[[Snapshot], None]) -> RunEnd:
-    """Explore in this process until the atlas is complete or the time limit is reached.
+    """Explore in this process until nothing that is left can be reached or the time limit is reached.
 
     However it ends, bag and atlas are closed whole.
     """
