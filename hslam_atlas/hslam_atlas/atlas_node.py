@@ -6,13 +6,15 @@ from pathlib import Path
 from hslam_msgs.msg import Atlas, EdgeMap, FrameLink, GvgEvent, NodeStatus
 from hslam_msgs.srv import AtlasFile, IdentifyNode
 from rclpy.node import Node
+from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
-from hslam_atlas.atlas_messages import atlas_to_markers, atlas_to_msg
+from hslam_atlas.atlas_messages import atlas_to_markers, atlas_to_msg, edge_in_map_to_msg
 from hslam_atlas.config import AtlasConfig
 from hslam_atlas.errors import StoreError
 from hslam_atlas.explore_action import ExploreAction, out_of_reach
 from hslam_atlas.gvg_client import GvgClient
+from hslam_atlas.picture import node_poses
 from hslam_atlas.server import AtlasOutput, AtlasServer
 from hslam_atlas.store import AtlasStore
 from hslam_ros import conversions
@@ -23,6 +25,7 @@ from hslam_ros.stamps import NS_PER_S, stamp_from_msg
 from hslam_ros.step_order import Cycle, StepOrder
 from hslam_types import edge_map, gvg_events
 from hslam_types.config import Configuration, parameter
+from hslam_types.se2 import SE2
 
 
 @dataclass(frozen=True)
@@ -53,6 +56,7 @@ class AtlasNode(Node):
         self._cycles: list[Cycle] = []
         self._deciding = False
         self._outputs = 0
+        self._poses: dict[int, SE2] = {}  # the nodes' in map, composed when the atlas changes
         self._gvg = GvgClient(self, self._config.gvg)
         self._create_topics()
         self.create_service(AtlasFile, "~/save", self._on_save)
@@ -68,6 +72,7 @@ class AtlasNode(Node):
         gvg, ekf = self._config.gvg, self._config.ekf
         self._atlas = self.create_publisher(Atlas, "~/atlas", LATCHED)
         self._markers = self.create_publisher(MarkerArray, "~/markers", LATCHED)
+        self._tf = self.create_publisher(TFMessage, "/tf_static", LATCHED)  # holds from one event to the next
         self._status = self.create_publisher(NodeStatus, "~/status", CYCLE)
         self.create_subscription(GvgEvent, f"{gvg}/events", self._on_event, EVENTS)
         self.create_subscription(NodeStatus, f"{gvg}/status", self._on_gvg_status, CYCLE)
@@ -110,6 +115,8 @@ class AtlasNode(Node):
         out = self._server.step(events, maps, links)
         if out.changed:
             self._publish_graph(cycle.stamp_ns)
+        if events:
+            self._publish_frame(cycle.stamp_ns)
         if out.goal is None:
             self._answer(cycle.stamp_ns, out)
             return
@@ -145,9 +152,15 @@ class AtlasNode(Node):
         self._explore.after_step(out)
 
     def _publish_graph(self, stamp_ns: int) -> None:
-        self._atlas.publish(atlas_to_msg(self._server, stamp_ns))
+        self._poses = node_poses(self._server.state.graph)
+        self._atlas.publish(atlas_to_msg(self._server, self._poses, stamp_ns))
         if self._markers.get_subscription_count():
-            self._markers.publish(atlas_to_markers(self._server, stamp_ns))
+            self._markers.publish(atlas_to_markers(self._server, self._poses, stamp_ns))
+
+    def _publish_frame(self, stamp_ns: int) -> None:
+        transform = edge_in_map_to_msg(self._server, self._poses, stamp_ns)
+        if transform is not None:
+            self._tf.publish(transform)
 
     def _on_save(self, request: AtlasFile.Request, response: AtlasFile.Response) -> AtlasFile.Response:
         try:
@@ -163,7 +176,7 @@ class AtlasNode(Node):
             server = AtlasServer(self._server.state.config, store)
             server.exploring = self._server.exploring
             self._store.close()
-            self._server, self._store = server, store
+            self._server, self._store, self._poses = server, store, {}
             response.success, response.message = True, f"loaded {request.path}; the robot has to find itself"
         except StoreError as error:
             response.success, response.message = False, str(error)

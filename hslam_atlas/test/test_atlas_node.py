@@ -1,7 +1,9 @@
 """The node against the plain server: the same atlas bit for bit, a cycle answered only when its goal is taken."""
 
+import math
 import time
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +20,7 @@ from rclpy.action import ActionClient, ActionServer, GoalResponse
 from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
+from tf2_msgs.msg import TFMessage
 
 from hslam_atlas.atlas_node import AtlasNode
 from hslam_atlas.server import AtlasServer
@@ -27,6 +30,7 @@ from hslam_ros import conversions
 from hslam_ros.qos import CYCLE, EVENTS, LATCHED
 from hslam_ros.stamps import stamp_from_msg
 from hslam_types.gvg_events import GoalKind, GvgGoal, NodeKind
+from hslam_types.se2 import SE2
 
 GOALS = 6
 
@@ -44,6 +48,7 @@ class Rest(Node):
         self.goals: list[GvgGoal] = []
         self.statuses: list[NodeStatus] = []
         self.graphs: list[Atlas] = []
+        self.transforms: list[TFMessage] = []
         self._said = {"events": 0, "maps": 0}
         self._events = self.create_publisher(GvgEvent, "gvg/events", EVENTS)
         self._maps = self.create_publisher(EdgeMap, "ekf/edge_maps", EVENTS)
@@ -52,6 +57,7 @@ class Rest(Node):
         self._ekf = self.create_publisher(NodeStatus, "ekf/status", CYCLE)
         self.create_subscription(NodeStatus, "atlas/status", self.statuses.append, CYCLE)
         self.create_subscription(Atlas, "atlas/atlas", self.graphs.append, LATCHED)
+        self.create_subscription(TFMessage, "/tf_static", self.transforms.append, LATCHED)
         self._servers: list[Any] = []
         self.refuse = 0
         """How many goals to refuse."""
@@ -87,6 +93,10 @@ class Rest(Node):
             self._links.publish(conversions.link_to_msg(link, stamp_ns))
         for event in events:
             self._events.publish(conversions.event_to_msg(event))
+
+    def was_placed(self, stamp_ns: int) -> bool:
+        """Whether the newest transform is of a cycle."""
+        return bool(self.transforms) and stamp_from_msg(self.transforms[-1].transforms[0].header.stamp) == stamp_ns
 
     def _judge(self, _: Any) -> GoalResponse:
         self.refuse -= 1
@@ -217,6 +227,32 @@ def test_a_cycle_is_answered_only_when_its_goal_is_taken(start: Start) -> None:
     pair.spin_until(lambda: len(pair.rest.statuses) > 0)
     assert [goal.kind for goal in pair.rest.goals] == [GoalKind.ACCESS]
     assert stamp_from_msg(pair.rest.statuses[0].header.stamp) == 0
+
+
+def test_the_chain_of_frames_leads_to_the_drawn_nodes(start: Start) -> None:
+    """At a departure the edge's frame starts at the node left; at the arrival its terminal is the node come to."""
+    pair = start()
+    pair.rest.open_actions()
+    pair.cycle(0, None)
+    base = walker()
+    (_, found) = base.follow(pair.rest.goals[-1])
+    pair.cycle(found.stamp_ns, found)
+    for _ in range(3):
+        departure, arrival = base.follow(pair.rest.goals[-1])
+        edge_map = arrival.edge_maps[0]
+        for step, on_x in ((departure, 0.0), (arrival, edge_map.terminal_x)):
+            pair.cycle(step.stamp_ns, step)
+            pair.spin_until(partial(pair.rest.was_placed, step.stamp_ns))
+            (transform,) = pair.rest.transforms[-1].transforms
+            assert (transform.header.frame_id, transform.child_frame_id) == ("map", f"edge_{edge_map.traversal}")
+            edge_in_map = SE2(
+                transform.transform.translation.x,
+                transform.transform.translation.y,
+                conversions.yaw_from_quaternion(transform.transform.rotation),
+            )
+            pair.spin_until(lambda: len(pair.rest.graphs) > 0)
+            drawn = [(node.position.x, node.position.y) for node in pair.rest.graphs[-1].nodes]
+            assert min(math.dist(edge_in_map.apply(on_x, 0.0), node) for node in drawn) < 0.15
 
 
 def test_exploration_is_an_action_when_the_mission_is_none(start: Start) -> None:

@@ -14,6 +14,7 @@ from std_msgs.msg import Bool
 from hslam_atlas.atlas_messages import atlas_to_msg
 from hslam_atlas.config import AtlasConfig
 from hslam_atlas.explore import unexplored
+from hslam_atlas.picture import node_poses
 from hslam_atlas.server import AtlasServer
 from hslam_atlas.store import AtlasStore
 from hslam_bags.recorder import Recorder
@@ -86,7 +87,7 @@ class InProcessRun:
         for link in mapped.links:
             put("/ekf/frame_links", conversions.link_to_msg(link, stamp_ns), stamp_ns)
         if decided.changed:
-            put("/atlas/atlas", atlas_to_msg(self.atlas, stamp_ns), stamp_ns)
+            put("/atlas/atlas", atlas_to_msg(self.atlas, node_poses(self.atlas.state.graph), stamp_ns), stamp_ns)
         here = odom.base_in_odom[:2]
         self.path_length_m += math.dist(self._last_xy or here, here)
         self._last_xy = here
