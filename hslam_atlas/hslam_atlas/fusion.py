@@ -24,8 +24,8 @@ _NO_DIRECTION_M = 0.5
 """A terminal nearer than this gives the frame no direction."""
 
 
-def fuse(existing: EdgeMap, candidate: EdgeMap, alignment: Alignment, drives: int) -> tuple[EdgeMap, float]:
-    """Return the updated map and the turn of its frame (rad); ``drives``: how many the old map holds.
+def fuse(existing: EdgeMap, candidate: EdgeMap, alignment: Alignment, drives: tuple[int, int]) -> tuple[EdgeMap, float]:
+    """Return the updated map and the turn of its frame (rad); ``drives``: how many the old and the new map hold.
 
     ``alignment`` must be of exactly these two maps with their terminals tied.
     """
@@ -43,7 +43,7 @@ def fuse(existing: EdgeMap, candidate: EdgeMap, alignment: Alignment, drives: in
         sightings=tuple(int(n) for n, keep in zip(sightings, kept, strict=True) if keep),
         departure_heading=wrap(existing.departure_heading - turn),
         arrival_heading=wrap(existing.arrival_heading - turn),
-        path_length_m=(existing.path_length_m * drives + candidate.path_length_m) / (drives + 1.0),
+        path_length_m=(existing.path_length_m * drives[0] + candidate.path_length_m * drives[1]) / sum(drives),
     )
     return updated, turn
 

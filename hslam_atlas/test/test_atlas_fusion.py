@@ -1,8 +1,10 @@
 """A confirmed drive updates the stored edge-map."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
+import pytest
 from test_atlas_alignment import FLOOR, drives, drives_with_truth
 
 from hslam_atlas.config import AtlasConfig
@@ -19,7 +21,7 @@ def fused(maps: list[EdgeMap]) -> EdgeMap:
     known = maps[0]
     for drives_before, candidate in enumerate(maps[1:], start=1):
         match = match_edges(known, candidate, SE2(), PRIOR, 0.085, AtlasConfig())
-        known, _ = fuse(known, candidate, match.alignment, drives_before)
+        known, _ = fuse(known, candidate, match.alignment, (drives_before, 1))
     return known
 
 
@@ -68,3 +70,11 @@ def test_frame_stays_with_the_first_drive() -> None:
                 block = known.covariance[2 + 2 * k : 4 + 2 * k, 2 + 2 * k : 4 + 2 * k]
                 nees.append(float(error @ np.linalg.solve(block, error)) / 2.0)
     assert 0.5 < np.mean(nees) < 1.5
+
+
+def test_a_map_of_several_drives_weighs_as_much() -> None:
+    known, candidate = drives(2, 100)
+    match = match_edges(known, candidate, SE2(), PRIOR, 0.085, AtlasConfig())
+    longer = replace(candidate, path_length_m=known.path_length_m + 4.0)
+    joined, _ = fuse(known, longer, match.alignment, (1, 3))
+    assert joined.path_length_m == pytest.approx(known.path_length_m + 3.0)
