@@ -8,7 +8,7 @@ import pytest
 from test_atlas_alignment import FLOOR, drives, drives_with_truth
 
 from hslam_atlas.config import AtlasConfig
-from hslam_atlas.fusion import fuse
+from hslam_atlas.fusion import _turned, fuse
 from hslam_atlas.map_match import match_edges
 from hslam_types.edge_map import EdgeMap
 from hslam_types.se2 import SE2
@@ -78,3 +78,14 @@ def test_a_map_of_several_drives_weighs_as_much() -> None:
     longer = replace(candidate, path_length_m=known.path_length_m + 4.0)
     joined, _ = fuse(known, longer, match.alignment, (1, 3))
     assert joined.path_length_m == pytest.approx(known.path_length_m + 3.0)
+
+
+@pytest.mark.parametrize("terminal", [(8.0, 0.4), (0.2, 0.1)])
+def test_the_terminal_keeps_no_y_however_near_it_is(terminal: tuple[float, float]) -> None:
+    points = np.array([terminal, (1.0, 2.0)])
+    turned, covariance, phi = _turned(points, np.diag([0.04, 0.03, 0.02, 0.01]))
+    assert turned[0, 1] == 0.0
+    assert not covariance[1].any()
+    assert not covariance[:, 1].any()
+    assert math.hypot(*turned[1]) == pytest.approx(math.sqrt(5.0))
+    assert (phi == 0.0) == (terminal[0] < 0.5)
