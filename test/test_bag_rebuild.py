@@ -12,6 +12,7 @@ from rclpy.serialization import deserialize_message
 from whole_runs import atlas_dump, hslam, outcome
 
 from hslam_atlas.atlas_messages import atlas_to_msg
+from hslam_atlas.picture import node_poses
 from hslam_atlas.server import AtlasServer
 from hslam_atlas.store import AtlasStore
 from hslam_bags.bag import Bag
@@ -55,7 +56,8 @@ def test_a_sample_makes_the_atlas_it_was_recorded_with(tmp_path: Path, sample: s
         *_, last = bag.messages(TopicChoice(("/atlas/atlas",)))
     expected = deserialize_message(last.raw, Atlas)
     with AtlasStore(rebuilt(SAMPLES / sample, tmp_path / "out")) as store:
-        found = atlas_to_msg(AtlasServer(store=store), last.log_ns)
+        server = AtlasServer(store=store)
+        found = atlas_to_msg(server, node_poses(server.state.graph), last.log_ns)
     assert expected.closures >= 1, "a sample holds a loop closing"
     assert [(node.kind, list(node.edges)) for node in found.nodes] == [
         (node.kind, list(node.edges)) for node in expected.nodes

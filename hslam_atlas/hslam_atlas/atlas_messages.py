@@ -3,12 +3,15 @@
 from geometry_msgs.msg import Point
 from hslam_msgs.msg import Atlas, AtlasEdge, AtlasNode
 from std_msgs.msg import ColorRGBA
+from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
-from hslam_atlas.picture import edge_frame_in_map, node_poses
+from hslam_atlas.picture import edge_frame_in_map, traversal_in_map
 from hslam_atlas.server import AtlasServer
-from hslam_ros.conversions import header, pose_to_msg
+from hslam_ros.conversions import edge_frame, header, pose_to_msg
+from hslam_ros.transforms import transform_to_msg
 from hslam_types.gvg_events import NodeKind
+from hslam_types.se2 import SE2
 
 _MAP = "map"
 _MEET = ColorRGBA(r=0.1, g=0.4, b=0.9, a=1.0)
@@ -17,10 +20,9 @@ _EDGE = ColorRGBA(r=0.3, g=0.3, b=0.3, a=1.0)
 _LANDMARK = ColorRGBA(r=1.0, g=0.4, b=0.7, a=1.0)
 
 
-def atlas_to_msg(server: AtlasServer, stamp_ns: int) -> Atlas:
-    """Return the graph with every node that can be placed in ``map``."""
+def atlas_to_msg(server: AtlasServer, poses: dict[int, SE2], stamp_ns: int) -> Atlas:
+    """Return the graph with every node that can be placed in ``map``; ``poses`` are theirs (`node_poses`)."""
     graph = server.state.graph
-    poses = node_poses(graph)
     slots = {node_id: node.slots() for node_id, node in graph.nodes.items()}
     msg = Atlas(header=header(stamp_ns, _MAP), closures=server.state.closures, hypotheses=len(server.questions.open))
     for node_id, pose in poses.items():
@@ -51,10 +53,15 @@ def atlas_to_msg(server: AtlasServer, stamp_ns: int) -> Atlas:
     return msg
 
 
-def atlas_to_markers(server: AtlasServer, stamp_ns: int) -> MarkerArray:
+def edge_in_map_to_msg(server: AtlasServer, poses: dict[int, SE2], stamp_ns: int) -> TFMessage | None:
+    """Return the transform map -> edge of the frame the robot is tracked in, None where that cannot be placed."""
+    placed = traversal_in_map(server.mapper, poses)
+    return None if placed is None else transform_to_msg(stamp_ns, _MAP, edge_frame(placed[0]), placed[1])
+
+
+def atlas_to_markers(server: AtlasServer, poses: dict[int, SE2], stamp_ns: int) -> MarkerArray:
     """Return nodes as spheres, edges as lines and landmarks as points in ``map``."""
     graph = server.state.graph
-    poses = node_poses(graph)
     edges = _marker(stamp_ns, "edges", Marker.LINE_LIST, 0.1, _EDGE)
     landmarks = _marker(stamp_ns, "landmarks", Marker.POINTS, 0.15, _LANDMARK)
     kinds = {

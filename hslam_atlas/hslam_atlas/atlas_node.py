@@ -2,19 +2,19 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-from hslam_msgs.action import Explore
 from hslam_msgs.msg import Atlas, EdgeMap, FrameLink, GvgEvent, NodeStatus
 from hslam_msgs.srv import AtlasFile, IdentifyNode
-from rclpy.action import ActionServer
 from rclpy.node import Node
+from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
-from hslam_atlas.atlas_messages import atlas_to_markers, atlas_to_msg
+from hslam_atlas.atlas_messages import atlas_to_markers, atlas_to_msg, edge_in_map_to_msg
 from hslam_atlas.config import AtlasConfig
 from hslam_atlas.errors import StoreError
+from hslam_atlas.explore_action import ExploreAction, out_of_reach
 from hslam_atlas.gvg_client import GvgClient
+from hslam_atlas.picture import node_poses
 from hslam_atlas.server import AtlasOutput, AtlasServer
 from hslam_atlas.store import AtlasStore
 from hslam_ros import conversions
@@ -25,6 +25,7 @@ from hslam_ros.stamps import NS_PER_S, stamp_from_msg
 from hslam_ros.step_order import Cycle, StepOrder
 from hslam_types import edge_map, gvg_events
 from hslam_types.config import Configuration, parameter
+from hslam_types.se2 import SE2
 
 
 @dataclass(frozen=True)
@@ -55,15 +56,13 @@ class AtlasNode(Node):
         self._cycles: list[Cycle] = []
         self._deciding = False
         self._outputs = 0
-        self._exploring: Any = None
+        self._poses: dict[int, SE2] = {}  # the nodes' in map, composed when the atlas changes
         self._gvg = GvgClient(self, self._config.gvg)
         self._create_topics()
         self.create_service(AtlasFile, "~/save", self._on_save)
         self.create_service(AtlasFile, "~/load", self._on_load)
         self.create_service(IdentifyNode, "~/identify", self._on_identify)
-        self._explore = ActionServer(
-            self, Explore, "~/explore", self._on_explored, handle_accepted_callback=self._on_explore
-        )
+        self._explore = ExploreAction(self, lambda: self._server)
 
     def close(self) -> None:
         """Close the atlas file."""
@@ -73,6 +72,7 @@ class AtlasNode(Node):
         gvg, ekf = self._config.gvg, self._config.ekf
         self._atlas = self.create_publisher(Atlas, "~/atlas", LATCHED)
         self._markers = self.create_publisher(MarkerArray, "~/markers", LATCHED)
+        self._tf = self.create_publisher(TFMessage, "/tf_static", LATCHED)  # holds from one event to the next
         self._status = self.create_publisher(NodeStatus, "~/status", CYCLE)
         self.create_subscription(GvgEvent, f"{gvg}/events", self._on_event, EVENTS)
         self.create_subscription(NodeStatus, f"{gvg}/status", self._on_gvg_status, CYCLE)
@@ -112,12 +112,16 @@ class AtlasNode(Node):
         events: tuple[gvg_events.GvgEvent, ...] = cycle.inputs["events"]
         maps = tuple(item for item in cycle.inputs["maps"] if isinstance(item, edge_map.EdgeMap))
         links = tuple(item for item in cycle.inputs["maps"] if isinstance(item, edge_map.FrameLink))
-        out = self._server.step(cycle.stamp_ns, events, maps, links)
+        out = self._server.step(events, maps, links)
         if out.changed:
             self._publish_graph(cycle.stamp_ns)
+        if events:
+            self._publish_frame(cycle.stamp_ns)
         if out.goal is None:
             self._answer(cycle.stamp_ns, out)
             return
+        if out.finished and self._server.unexplored:
+            self.get_logger().warning(f"exploration ends, {out_of_reach(self._server.unexplored)}")
         # The cycle is answered once the goal is taken: in lock-step the cycle that begins it must not come before.
         self._deciding = True
         self._gvg.send(
@@ -127,6 +131,7 @@ class AtlasNode(Node):
     def _on_goal_answer(self, stamp_ns: int, out: AtlasOutput, *, accepted: bool) -> None:
         if not accepted:
             self.get_logger().error(f"GVG refused the goal {out.goal}")
+            self._server.refused()
         self._outputs += 1
         self._deciding = False
         self._answer(stamp_ns, out)
@@ -135,26 +140,27 @@ class AtlasNode(Node):
     def _answer(self, stamp_ns: int, out: AtlasOutput) -> None:
         graph = self._server.state.graph
         status = NodeStatus(header=conversions.header(stamp_ns, ""), node=self.get_name(), outputs=self._outputs)
-        status.state = "explored" if out.finished else "exploring" if self._server.exploring else "mapping"
-        status.detail = f"{len(graph.nodes)} nodes, {len(graph.edges)} edges, {self._server.unexplored()} unexplored"
+        left = self._server.unexplored
+        status.detail = f"{len(graph.nodes)} nodes, {len(graph.edges)} edges, {left} unexplored"
+        if out.finished:
+            status.state = "stopped" if left else "explored"
+            status.detail += " and out of reach" if left else ""
+        else:
+            status.state = "exploring" if self._server.exploring else "mapping"
         status.finished = out.finished
         self._status.publish(status)
-        if out.finished and self._exploring is not None:
-            handle, self._exploring = self._exploring, None
-            handle.execute()
+        self._explore.after_step(out)
 
     def _publish_graph(self, stamp_ns: int) -> None:
-        self._atlas.publish(atlas_to_msg(self._server, stamp_ns))
+        self._poses = node_poses(self._server.state.graph)
+        self._atlas.publish(atlas_to_msg(self._server, self._poses, stamp_ns))
         if self._markers.get_subscription_count():
-            self._markers.publish(atlas_to_markers(self._server, stamp_ns))
+            self._markers.publish(atlas_to_markers(self._server, self._poses, stamp_ns))
 
-    def _on_explore(self, handle: Any) -> None:
-        self._exploring = handle  # carried out by the steps to come; executed, that is answered, when explored
-        self._server.explore()
-
-    def _on_explored(self, handle: Any) -> Explore.Result:
-        handle.succeed()
-        return Explore.Result(success=True, message="no branch is left unexplored")
+    def _publish_frame(self, stamp_ns: int) -> None:
+        transform = edge_in_map_to_msg(self._server, self._poses, stamp_ns)
+        if transform is not None:
+            self._tf.publish(transform)
 
     def _on_save(self, request: AtlasFile.Request, response: AtlasFile.Response) -> AtlasFile.Response:
         try:
@@ -166,10 +172,11 @@ class AtlasNode(Node):
 
     def _on_load(self, request: AtlasFile.Request, response: AtlasFile.Response) -> AtlasFile.Response:
         try:
-            store = AtlasStore(Path(request.path))
-            self._server = AtlasServer(self._server.state.config, store)
+            store = AtlasStore(Path(request.path), create=False)
+            server = AtlasServer(self._server.state.config, store)
+            server.exploring = self._server.exploring
             self._store.close()
-            self._store = store
+            self._server, self._store, self._poses = server, store, {}
             response.success, response.message = True, f"loaded {request.path}; the robot has to find itself"
         except StoreError as error:
             response.success, response.message = False, str(error)

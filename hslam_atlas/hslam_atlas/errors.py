@@ -9,7 +9,3 @@ class AtlasError(HslamError):
 
 class StoreError(AtlasError):
     """An atlas file cannot be read or is not one."""
-
-
-class NoRouteError(AtlasError):
-    """No known path leads there."""

@@ -24,8 +24,8 @@ _NO_DIRECTION_M = 0.5
 """A terminal nearer than this gives the frame no direction."""
 
 
-def fuse(existing: EdgeMap, candidate: EdgeMap, alignment: Alignment, drives: int) -> tuple[EdgeMap, float]:
-    """Return the updated map and the turn of its frame (rad); ``drives``: how many the old map holds.
+def fuse(existing: EdgeMap, candidate: EdgeMap, alignment: Alignment, drives: tuple[int, int]) -> tuple[EdgeMap, float]:
+    """Return the updated map and the turn of its frame (rad); ``drives``: how many the old and the new map hold.
 
     ``alignment`` must be of exactly these two maps with their terminals tied.
     """
@@ -43,7 +43,7 @@ def fuse(existing: EdgeMap, candidate: EdgeMap, alignment: Alignment, drives: in
         sightings=tuple(int(n) for n, keep in zip(sightings, kept, strict=True) if keep),
         departure_heading=wrap(existing.departure_heading - turn),
         arrival_heading=wrap(existing.arrival_heading - turn),
-        path_length_m=(existing.path_length_m * drives + candidate.path_length_m) / (drives + 1.0),
+        path_length_m=(existing.path_length_m * drives[0] + candidate.path_length_m * drives[1]) / sum(drives),
     )
     return updated, turn
 
@@ -78,15 +78,18 @@ def _sightings(existing: EdgeMap, candidate: EdgeMap, alignment: Alignment) -> l
 
 
 def _turned(points: Array, covariance: Array) -> tuple[Array, Array, float]:
-    """Turn points so that the first lies on x; the angle depends on it, and so does the covariance."""
+    """Turn points so that the first lies on x; the angle depends on it, and so does the covariance.
+
+    As at the EKF level, a terminal too near to give a direction turns nothing, and its y is given up.
+    """
     x, y = points[0].tolist()
-    if math.hypot(x, y) < _NO_DIRECTION_M:
-        return points * [[1.0, 0.0]] if len(points) == 1 else points, covariance, 0.0
-    phi = math.atan2(y, x)
+    turns = math.hypot(x, y) >= _NO_DIRECTION_M
+    phi = math.atan2(y, x) if turns else 0.0
     turned = points @ rotation(phi)  # points as rows: p R(phi) is R(-phi) p
     jacobian = np.kron(np.eye(len(points)), rotation(-phi))
-    by_angle = np.column_stack((turned[:, 1], -turned[:, 0])).reshape(-1)
-    jacobian[:, :2] += np.outer(by_angle, np.array([-y, x]) / (x * x + y * y))
+    if turns:
+        by_angle = np.column_stack((turned[:, 1], -turned[:, 0])).reshape(-1)
+        jacobian[:, :2] += np.outer(by_angle, np.array([-y, x]) / (x * x + y * y))
     jacobian[1] = 0.0
     turned[0, 1] = 0.0
     spread = jacobian @ covariance @ jacobian.T

@@ -56,7 +56,6 @@ class Node:
     branches: dict[int, Branch] = field(default_factory=dict)
     visits: list[tuple[int, int]] = field(default_factory=list)
     """(event sequence, stamp in ns) of every arrival identified as this node."""
-    passed_unnoticed: int = 0
 
     def ordered(self) -> list[Branch]:
         """Return the branches counter-clockwise from bearing -pi."""

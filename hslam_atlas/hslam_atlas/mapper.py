@@ -156,13 +156,18 @@ class Mapper:
         if best.evidence < config.close_evidence or lead < config.close_margin or not best.credible:
             return False
         node = self.state.graph.nodes[best.node]
-        key = best.branches[sight.come_along] if sight.come_along >= 0 else None
-        if key is None and sight.come_along >= 0:
-            key = node.add_branch(sight.bearings[sight.come_along] + best.sight_in_node.pose.theta).key
-        if key is None:
+        if sight.come_along < 0:
             return False
+        key = best.branches[sight.come_along]
+        added = None
+        if key is None:
+            added = node.add_branch(sight.bearings[sight.come_along] + best.sight_in_node.pose.theta)
+            added.seen, added.missed = 0, len(node.visits)  # this visit is counted where the robot stands
+            key = added.key
         outcome = tie(self.state, Drive(start, EdgeEnd(node.id, key, best.sight_in_node), edge_map))
         if outcome is Outcome.CONTRADICTED:
+            if added is not None:
+                del node.branches[added.key]
             return False
         if outcome is Outcome.CONNECTED:
             self.state.closures += 1

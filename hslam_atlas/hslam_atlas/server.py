@@ -21,7 +21,7 @@ class AtlasOutput:
     goal: GvgGoal | None = None
     """What the GVG level shall do next, if anything new."""
     finished: bool = False
-    """Whether the mission is to explore and no edge is left unexplored."""
+    """Whether the mission to explore has ended: what is still unexplored, if anything, is out of reach."""
     changed: bool = False
     """Whether graph or maps are not what they were."""
 
@@ -41,28 +41,31 @@ class AtlasServer:
         self.questions.open = doubts
         self.mapper = Mapper(self.state, self.questions)
         self.exploring = config.mission == "explore"
+        self.unexplored = unexplored(graph)
+        """How many branches are left to explore, counted when the atlas changes: that takes a look at every node."""
         self._finished = False
         self._waiting = True
         """Whether the GVG level has nothing to do: at the start and after each arrival."""
 
     def explore(self) -> None:
-        """Take up the mission to explore, from the next step on."""
-        self.exploring = True
-        self._waiting = self.mapper.underway is None
+        """Take up the mission to explore, from the next step on; no news where that is the mission already."""
+        if not self.exploring:
+            self.exploring = True
+            self._waiting = self.mapper.underway is None
 
     def stop(self) -> None:
         """Give up the mission; the traversal under way is driven to its end."""
         self.exploring = False
 
+    def refused(self) -> None:
+        """Be told that the GVG level did not take the goal: the robot is not where it was thought to be."""
+        self.mapper.here = None
+        self._waiting = True
+
     def step(
-        self,
-        stamp_ns: int,
-        events: tuple[GvgEvent, ...],
-        edge_maps: tuple[EdgeMap, ...],
-        links: tuple[FrameLink, ...],
+        self, events: tuple[GvgEvent, ...], edge_maps: tuple[EdgeMap, ...], links: tuple[FrameLink, ...]
     ) -> AtlasOutput:
         """Take one cycle: enter what happened, then decide if the robot waits for a goal."""
-        del stamp_ns  # events, maps and links carry their own order
         changed = False
         for event in events:
             changed |= self._enter(event, edge_maps, links)
@@ -82,13 +85,13 @@ class AtlasServer:
 
     def identify(self, node: int) -> bool:
         """Be told, by someone who knows, that the robot is at a certain node; False if that contradicts the map."""
-        return self.mapper.be_told(node)
-
-    def unexplored(self) -> int:
-        """Return how many branches are left to explore."""
-        return unexplored(self.state.graph)
+        taken = self.mapper.be_told(node)
+        if taken:
+            self._save()
+        return taken
 
     def _save(self) -> None:
+        self.unexplored = unexplored(self.state.graph)
         alike = self.state.look_alikes
         counts = {"closures": self.state.closures, "compared": alike.compared, "alike": alike.alike}
         self.store.save(self.state.graph, self.questions.open, counts)
@@ -110,7 +113,7 @@ class AtlasServer:
         return True
 
     def _decide(self) -> GvgGoal:
-        """Choose the branch to trace from the node the robot is at, or stop when all is explored."""
+        """Choose the branch to trace from the node the robot is at, or stop when nothing left can be reached."""
         here = self.mapper.here
         if here is None:
             return GvgGoal(GoalKind.ACCESS)

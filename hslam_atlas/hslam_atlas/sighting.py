@@ -23,8 +23,7 @@ def open_question(node: int, hypothesis: Hypothesis) -> Question:
 def sight_of(event: GvgEvent, edge_map: EdgeMap) -> Sight:
     """Express an arrival's node view in the frame at the terminal, x back to the origin."""
     view = view_of(event)
-    along = max(event.branch, 0)
-    reference = view.bearings_in_odom[along]
+    reference = view.reference_bearing(event.branch)
     bearings = tuple(
         wrap(edge_map.arrival_heading - math.pi + bearing - reference) for bearing in view.bearings_in_odom
     )

@@ -8,22 +8,19 @@ import json
 import sqlite3
 from collections import OrderedDict
 from collections.abc import Iterator, Mapping
+from contextlib import closing, contextmanager
 from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-import numpy as np
-
 from hslam_atlas import edge_map_blob
 from hslam_atlas.errors import StoreError
-from hslam_atlas.graph import AtlasGraph, Branch, Edge, EdgeEnd, Link, Node
+from hslam_atlas.graph import AtlasGraph
 from hslam_atlas.questions import Question
 from hslam_atlas.schema import TABLES, VERSION
-from hslam_atlas.uncertain_pose import UncertainPose
+from hslam_atlas.store_rows import read_graph, read_questions, write_graph, write_questions
 from hslam_types.edge_map import EdgeMap
 from hslam_types.edge_map_transform import reverse
-from hslam_types.gvg_events import NodeKind
-from hslam_types.se2 import SE2
 
 _MAPS_KEPT = 64
 
@@ -31,21 +28,45 @@ _MAPS_KEPT = 64
 class AtlasStore:
     """An atlas file, or, without a path, the same in memory."""
 
-    def __init__(self, path: Path | None = None) -> None:
-        """Open or create; raises StoreError when the file is not an atlas or of another version."""
+    def __init__(self, path: Path | None = None, *, create: bool = True) -> None:
+        """Open, or create unless told not to; raises StoreError where the file is not an atlas of this version.
+
+        A file of something else is left as it is.
+        """
+        self._path = path
         self._cache: OrderedDict[tuple[int, int], EdgeMap] = OrderedDict()
-        try:
+        if path is not None and not create and not path.is_file():
+            raise StoreError(f"{path}: no such file")
+        with self._told("cannot be opened as an atlas"):
             if path is not None:
                 path.parent.mkdir(parents=True, exist_ok=True)
             self._db = sqlite3.connect(str(path) if path is not None else ":memory:")
-            self._db.executescript(TABLES)
+        try:
+            self._take_up(create=create)
+        except StoreError:
+            self._db.close()
+            raise
+
+    def _take_up(self, *, create: bool) -> None:
+        """Check that the database is an atlas; make one of an empty one."""
+        with self._told("cannot be opened as an atlas"):
+            tables = {name for (name,) in self._db.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
+            if create and not tables:
+                self._db.executescript(TABLES)
+                return
+            version = self.meta("version") if "meta" in tables else None
+        if version is None:
+            raise StoreError(f"{self._path} is not an atlas")
+        if version != str(VERSION):
+            raise StoreError(f"{self._path}: an atlas of version {version}; this program reads version {VERSION}")
+
+    @contextmanager
+    def _told(self, what: str) -> Iterator[None]:
+        """Turn what SQLite and the file system complain of into a StoreError that says ``what`` failed."""
+        try:
+            yield
         except (sqlite3.Error, OSError) as error:
-            raise StoreError(f"{path}: cannot be opened as an atlas ({error})") from error
-        version = self.meta("version")
-        if version is not None and version != str(VERSION):
-            raise StoreError(f"{path}: an atlas of version {version}; this program reads version {VERSION}")
-        self.set_meta("version", str(VERSION))
-        self._db.commit()
+            raise StoreError(f"{self._path or 'atlas in memory'}: {what} ({error})") from error
 
     def __enter__(self) -> Self:
         return self
@@ -56,8 +77,7 @@ class AtlasStore:
         self.close()
 
     def close(self) -> None:
-        """Commit and close; a second time does nothing harmful."""
-        self._db.commit()
+        """Close; what was not saved is lost: a step that failed half-way leaves no trace."""
         self._db.close()
 
     # Edge-maps
@@ -71,7 +91,8 @@ class AtlasStore:
         known = self._cache.get((edge_id, end))
         if known is None:
             if end == 0:
-                row = self._db.execute("SELECT map FROM edge_maps WHERE edge = ?", (edge_id,)).fetchone()
+                with self._told("cannot be read"):
+                    row = self._db.execute("SELECT map FROM edge_maps WHERE edge = ?", (edge_id,)).fetchone()
                 if row is None:
                     raise StoreError(f"edge {edge_id} has no map")
                 known = edge_map_blob.decode(row[0])
@@ -83,13 +104,16 @@ class AtlasStore:
 
     def put(self, edge_id: int, edge_map: EdgeMap) -> None:
         """Store or replace an edge's map, with the next `save`."""
-        self._db.execute("INSERT OR REPLACE INTO edge_maps VALUES (?, ?)", (edge_id, edge_map_blob.encode(edge_map)))
+        row = (edge_id, edge_map_blob.encode(edge_map))
+        with self._told("cannot be written"):
+            self._db.execute("INSERT OR REPLACE INTO edge_maps VALUES (?, ?)", row)
         self._cache.pop((edge_id, 1), None)
         self._keep(edge_id, 0, edge_map)
 
     def drop(self, edge_id: int) -> None:
         """Forget an edge's map, with the next `save`."""
-        self._db.execute("DELETE FROM edge_maps WHERE edge = ?", (edge_id,))
+        with self._told("cannot be written"):
+            self._db.execute("DELETE FROM edge_maps WHERE edge = ?", (edge_id,))
         for end in (0, 1):
             self._cache.pop((edge_id, end), None)
 
@@ -102,55 +126,22 @@ class AtlasStore:
 
     def save(self, graph: AtlasGraph, questions: list[Question], counts: Mapping[str, int]) -> None:
         """Write what has changed since the last time, all open questions and the counts, as one transaction."""
-        db = self._db
-        for node_id in sorted(graph.changed_nodes):
-            _write_node(db, node_id, graph.nodes.get(node_id))
-        for edge_id in sorted(graph.changed_edges):
-            _write_edge(db, edge_id, graph.edges.get(edge_id))
-        for link_id in sorted(graph.changed_links):
-            _write_link(db, link_id, graph.links.get(link_id))
-        db.execute("DELETE FROM questions")
-        for q in sorted(questions, key=lambda q: (q.node, q.other)):
-            compared = json.dumps(sorted(q.compared))
-            pose, maps = _pose_to_blob(q.node_in_other), json.dumps(q.map_evidence)
-            row = (q.node, q.other, pose, q.place_evidence, maps, compared)
-            db.execute("INSERT OR REPLACE INTO questions VALUES (?, ?, ?, ?, ?, ?)", row)
-        self.set_meta("next_ids", json.dumps(graph.next_ids()))
-        self.set_meta("counts", json.dumps(counts, sort_keys=True))
-        db.commit()
+        with self._told("cannot be written"):
+            write_graph(self._db, graph)
+            write_questions(self._db, questions)
+            self.set_meta("next_ids", json.dumps(graph.next_ids()))
+            self.set_meta("counts", json.dumps(counts, sort_keys=True))
+            self._db.commit()
         graph.changed_nodes.clear()
         graph.changed_edges.clear()
         graph.changed_links.clear()
 
     def load(self) -> tuple[AtlasGraph, list[Question]]:
         """Return graph and open questions; the maps stay where they are until asked for."""
-        db, graph = self._db, AtlasGraph()
-        for node_id, kind, clearance in db.execute("SELECT id, kind, clearance FROM nodes ORDER BY id"):
-            graph.nodes[node_id] = Node(node_id, NodeKind(kind), clearance)
-        for node_id, key, bearing, edge, seen, missed, attempts, given_up in db.execute(
-            "SELECT * FROM branches ORDER BY node, key"
-        ):
-            branch = Branch(key, bearing, edge, seen, missed, attempts, bool(given_up))
-            graph.nodes[node_id].branches[key] = branch
-        for node_id, sequence, stamp_ns in db.execute("SELECT * FROM visits ORDER BY node, sequence"):
-            graph.nodes[node_id].visits.append((sequence, stamp_ns))
-        for row in db.execute("SELECT * FROM edges ORDER BY id"):
-            graph.put_edge(_edge_from_row(row))
-        for link_id, node0, node1, pose, length in db.execute("SELECT * FROM links ORDER BY id"):
-            graph.put_link(Link(link_id, node0, node1, _pose_from_blob(pose), length))
+        with self._told("cannot be read"):
+            graph, questions = read_graph(self._db), read_questions(self._db)
         next_ids = self.meta("next_ids")
         graph.resume(json.loads(next_ids) if next_ids else [0, 0, 0])
-        questions = [
-            Question(
-                node,
-                other,
-                _pose_from_blob(pose),
-                place,
-                tuple(json.loads(maps)),
-                frozenset((a, b) for a, b in json.loads(compared)),
-            )
-            for node, other, pose, place, maps, compared in db.execute("SELECT * FROM questions ORDER BY node, other")
-        ]
         return graph, questions
 
     def counts(self) -> dict[str, int]:
@@ -162,70 +153,28 @@ class AtlasStore:
 
     def meta(self, key: str) -> str | None:
         """Return a value kept by name, None if there is none."""
-        row = self._db.execute("SELECT value FROM meta WHERE key = ?", (key,)).fetchone()
+        with self._told("cannot be read"):
+            row = self._db.execute("SELECT value FROM meta WHERE key = ?", (key,)).fetchone()
         return None if row is None else str(row[0])
 
     def set_meta(self, key: str, value: str) -> None:
         """Keep a value by name, with the next `save`."""
-        self._db.execute("INSERT OR REPLACE INTO meta VALUES (?, ?)", (key, value))
+        with self._told("cannot be written"):
+            self._db.execute("INSERT OR REPLACE INTO meta VALUES (?, ?)", (key, value))
 
     def save_as(self, path: Path) -> None:
-        """Write a copy of the whole atlas; raises StoreError if that cannot be."""
-        self._db.commit()
-        try:
-            path.unlink(missing_ok=True)
-            with sqlite3.connect(str(path)) as copy:
-                self._db.backup(copy)
-            copy.close()
-        except (sqlite3.Error, OSError) as error:
-            raise StoreError(f"{path}: cannot be written ({error})") from error
+        """Write a copy of what was saved, in place of what is there; raises StoreError if that cannot be."""
+        if self._path is not None and path.resolve() == self._path.resolve():
+            raise StoreError(f"{path} is the atlas itself, which is saved at every arrival")
+        partial = path.parent / f"{path.name}.part"
+        with self._told(f"cannot be copied to {path}"):
+            try:
+                with closing(sqlite3.connect(str(partial))) as copy:
+                    self._db.backup(copy)
+                partial.replace(path)
+            finally:
+                partial.unlink(missing_ok=True)
 
     def dump(self) -> Iterator[str]:
         """Yield the whole content as SQL, the same lines for the same atlas."""
         yield from self._db.iterdump()
-
-
-def _write_node(db: sqlite3.Connection, node_id: int, node: Node | None) -> None:
-    for table, key in (("nodes", "id"), ("branches", "node"), ("visits", "node")):
-        db.execute(f"DELETE FROM {table} WHERE {key} = ?", (node_id,))  # noqa: S608 - names from the line above
-    if node is None:
-        return
-    db.execute("INSERT INTO nodes VALUES (?, ?, ?)", (node_id, int(node.kind), node.clearance_m))
-    for b in node.branches.values():
-        row = (node_id, b.key, b.bearing, b.edge, b.seen, b.missed, b.attempts, int(b.given_up))
-        db.execute("INSERT INTO branches VALUES (?, ?, ?, ?, ?, ?, ?, ?)", row)
-    for sequence, stamp_ns in node.visits:
-        db.execute("INSERT INTO visits VALUES (?, ?, ?)", (node_id, sequence, stamp_ns))
-
-
-def _write_edge(db: sqlite3.Connection, edge_id: int, edge: Edge | None) -> None:
-    db.execute("DELETE FROM edges WHERE id = ?", (edge_id,))
-    if edge is None:
-        return
-    ends = [value for end in edge.ends for value in (end.node, end.branch, _pose_to_blob(end.frame_in_node))]
-    sizes = (edge.terminal_x, edge.terminal_variance, edge.path_length_m)
-    row = (edge_id, *ends, *sizes, json.dumps(edge.traversals))
-    db.execute("INSERT INTO edges VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)", row)
-
-
-def _edge_from_row(row: tuple[object, ...]) -> Edge:
-    edge_id, n0, b0, f0, n1, b1, f1, terminal_x, variance, length, traversals = row
-    ends = (EdgeEnd(n0, b0, _pose_from_blob(f0)), EdgeEnd(n1, b1, _pose_from_blob(f1)))  # type: ignore[arg-type]
-    return Edge(edge_id, ends, terminal_x, variance, length, tuple(json.loads(traversals)))  # type: ignore[arg-type]
-
-
-def _write_link(db: sqlite3.Connection, link_id: int, link: Link | None) -> None:
-    db.execute("DELETE FROM links WHERE id = ?", (link_id,))
-    if link is not None:
-        row = (link_id, link.from_node, link.to_node, _pose_to_blob(link.to_in_from), link.path_length_m)
-        db.execute("INSERT INTO links VALUES (?, ?, ?, ?, ?)", row)
-
-
-def _pose_to_blob(pose: UncertainPose) -> bytes:
-    return np.concatenate((np.array(pose.pose), pose.covariance.ravel())).astype("<f8").tobytes()
-
-
-def _pose_from_blob(blob: bytes) -> UncertainPose:
-    values = np.frombuffer(blob, "<f8")
-    x, y, theta = values[:3].tolist()
-    return UncertainPose(SE2(x, y, theta), values[3:].reshape(3, 3).astype(np.float64))

@@ -11,7 +11,7 @@ from edge_walker import EdgeWalker, WalkNoise
 
 from hslam_atlas.server import AtlasServer
 from hslam_atlas.store import AtlasStore
-from hslam_types.gvg_events import GoalKind
+from hslam_types.gvg_events import GoalKind, NodeKind
 
 
 @dataclass
@@ -50,12 +50,12 @@ def explore(
     """Let a walker do what the atlas asks until it has finished or ``goals`` are used up."""
     walker = EdgeWalker(floor, start, np.random.default_rng(seed), noise)
     server = AtlasServer(store=store)
-    goal = server.step(0, (), (), ()).goal
+    goal = server.step((), (), ()).goal
     finished = False
     for _ in range(goals):
         assert goal is not None
         steps = walker.follow(goal)
-        outputs = [server.step(s.stamp_ns, s.events, s.edge_maps, s.links) for s in steps]
+        outputs = [server.step(s.events, s.edge_maps, s.links) for s in steps]
         goal, finished = outputs[-1].goal, outputs[-1].finished
         if finished:
             break
@@ -124,19 +124,36 @@ def test_mission_none_maps_what_is_driven_and_asks_for_nothing() -> None:
     walker = EdgeWalker(floor, 0, np.random.default_rng(4), WalkNoise())
     driver, listener = AtlasServer(), AtlasServer()
     listener.stop()
-    goal = driver.step(0, (), (), ()).goal
-    assert listener.step(0, (), (), ()).goal is None
+    goal = driver.step((), (), ()).goal
+    assert listener.step((), (), ()).goal is None
     for _ in range(10):
         assert goal is not None
         for step in walker.follow(goal):
-            goal = driver.step(step.stamp_ns, step.events, step.edge_maps, step.links).goal
-            assert listener.step(step.stamp_ns, step.events, step.edge_maps, step.links).goal is None
+            goal = driver.step(step.events, step.edge_maps, step.links).goal
+            assert listener.step(step.events, step.edge_maps, step.links).goal is None
     assert list(driver.store.dump()) == list(listener.store.dump())
     assert nx.is_connected(nx.Graph([(e.ends[0].node, e.ends[1].node) for e in listener.state.graph.edges.values()]))
 
 
+def test_an_end_with_branches_out_of_reach_is_not_taken_for_completeness() -> None:
+    """A second part of the graph that no edge leads to: the run ends, and says what is left."""
+    server = AtlasServer()
+    walker = EdgeWalker(floor_of(grid(2, 2, 15.0), 0), 0, np.random.default_rng(0), WalkNoise(degree_misread=0.0))
+    server.state.graph.add_node(NodeKind.MEET_POINT, 1.3, [0.0, 2.0, -2.0])
+    output = server.step((), (), ())
+    for _ in range(20):
+        assert output.goal is not None
+        if output.finished:
+            break
+        for step in walker.follow(output.goal):
+            output = server.step(step.events, step.edge_maps, step.links)
+    assert output.finished
+    assert server.unexplored == 3
+    assert sum(b.unexplored for node in server.state.graph.nodes.values() for b in node.branches.values()) == 3
+
+
 def test_first_goal_is_to_reach_the_gvg() -> None:
-    output = AtlasServer().step(0, (), (), ())
+    output = AtlasServer().step((), (), ())
     assert output.goal is not None
     assert output.goal.kind is GoalKind.ACCESS
     assert not output.finished

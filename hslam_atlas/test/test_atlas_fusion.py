@@ -1,12 +1,14 @@
 """A confirmed drive updates the stored edge-map."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
+import pytest
 from test_atlas_alignment import FLOOR, drives, drives_with_truth
 
 from hslam_atlas.config import AtlasConfig
-from hslam_atlas.fusion import fuse
+from hslam_atlas.fusion import _turned, fuse
 from hslam_atlas.map_match import match_edges
 from hslam_types.edge_map import EdgeMap
 from hslam_types.se2 import SE2
@@ -19,7 +21,7 @@ def fused(maps: list[EdgeMap]) -> EdgeMap:
     known = maps[0]
     for drives_before, candidate in enumerate(maps[1:], start=1):
         match = match_edges(known, candidate, SE2(), PRIOR, 0.085, AtlasConfig())
-        known, _ = fuse(known, candidate, match.alignment, drives_before)
+        known, _ = fuse(known, candidate, match.alignment, (drives_before, 1))
     return known
 
 
@@ -68,3 +70,22 @@ def test_frame_stays_with_the_first_drive() -> None:
                 block = known.covariance[2 + 2 * k : 4 + 2 * k, 2 + 2 * k : 4 + 2 * k]
                 nees.append(float(error @ np.linalg.solve(block, error)) / 2.0)
     assert 0.5 < np.mean(nees) < 1.5
+
+
+def test_a_map_of_several_drives_weighs_as_much() -> None:
+    known, candidate = drives(2, 100)
+    match = match_edges(known, candidate, SE2(), PRIOR, 0.085, AtlasConfig())
+    longer = replace(candidate, path_length_m=known.path_length_m + 4.0)
+    joined, _ = fuse(known, longer, match.alignment, (1, 3))
+    assert joined.path_length_m == pytest.approx(known.path_length_m + 3.0)
+
+
+@pytest.mark.parametrize("terminal", [(8.0, 0.4), (0.2, 0.1)])
+def test_the_terminal_keeps_no_y_however_near_it_is(terminal: tuple[float, float]) -> None:
+    points = np.array([terminal, (1.0, 2.0)])
+    turned, covariance, phi = _turned(points, np.diag([0.04, 0.03, 0.02, 0.01]))
+    assert turned[0, 1] == 0.0
+    assert not covariance[1].any()
+    assert not covariance[:, 1].any()
+    assert math.hypot(*turned[1]) == pytest.approx(math.sqrt(5.0))
+    assert (phi == 0.0) == (terminal[0] < 0.5)

@@ -9,7 +9,7 @@ from edge_walker import EdgeWalker, WalkNoise
 from test_atlas_exploration import Explored
 
 from hslam_atlas.server import AtlasServer
-from hslam_types.gvg_events import EventKind
+from hslam_types.gvg_events import EventKind, GoalKind
 
 CALM = WalkNoise(degree_misread=0.0, node_missed=0.0)
 
@@ -18,11 +18,11 @@ def explore_after_mishaps(floor: CorridorFloor, start: int, seed: int, mishap: W
     """Explore with ``mishap`` for the first ``goals`` goals and calmly afterwards."""
     walker = EdgeWalker(floor, start, np.random.default_rng(seed), mishap)
     server = AtlasServer()
-    goal = server.step(0, (), (), ()).goal
+    goal = server.step((), (), ()).goal
     for k in range(70):
         walker.noise = mishap if k < goals else CALM
         assert goal is not None
-        outputs = [server.step(s.stamp_ns, s.events, s.edge_maps, s.links) for s in walker.follow(goal)]
+        outputs = [server.step(s.events, s.edge_maps, s.links) for s in walker.follow(goal)]
         goal = outputs[-1].goal
         if outputs[-1].finished:
             return Explored(walker, server, finished=True)
@@ -76,18 +76,38 @@ def test_a_robot_that_was_lost_is_found_again() -> None:
 def test_losing_the_way_asks_for_the_gvg_again() -> None:
     walker = EdgeWalker(floor(1), 0, np.random.default_rng(1), CALM)
     server = AtlasServer()
-    goal = server.step(0, (), (), ()).goal
+    goal = server.step((), (), ()).goal
     assert goal is not None
     for step in walker.follow(goal):
-        goal = server.step(step.stamp_ns, step.events, (), ()).goal
+        goal = server.step(step.events, (), ()).goal
     assert goal is not None
     departure = walker.follow(goal)[0]
-    server.step(departure.stamp_ns, departure.events, (), departure.links)
+    server.step(departure.events, (), departure.links)
     lost = replace(departure.events[0], kind=EventKind.LOST, sequence=99, node=None)
-    again = server.step(departure.stamp_ns + 1, (lost,), (), ()).goal
+    again = server.step((lost,), (), ()).goal
     assert again is not None
     assert again.kind.name == "ACCESS"
     assert server.state.graph.nodes[0].branches[goal.branch].attempts == 1
+
+
+def test_a_refused_goal_is_followed_by_asking_for_the_gvg_again() -> None:
+    walker = EdgeWalker(floor(1), 0, np.random.default_rng(1), CALM)
+    server = AtlasServer()
+    goal = server.step((), (), ()).goal
+    assert goal is not None
+    for step in walker.follow(goal):
+        goal = server.step(step.events, (), ()).goal
+    assert goal is not None
+    assert goal.kind is GoalKind.TRACE
+    assert server.step((), (), ()).goal is None
+    server.refused()
+    again = server.step((), (), ()).goal
+    assert again is not None
+    assert again.kind is GoalKind.ACCESS
+    for step in walker.follow(again):
+        goal = server.step(step.events, (), ()).goal
+    assert goal is not None
+    assert goal.kind is GoalKind.TRACE
 
 
 @pytest.mark.parametrize(("reach_m", "length_m"), [(0.5, 0.0), (1.8, 3.6)])
@@ -95,18 +115,18 @@ def test_turning_round_near_a_node_is_no_edge(reach_m: float, length_m: float) -
     """Announced on the branch of a known edge: that edge stays, the branch left by is still to be explored."""
     walker = EdgeWalker(floor(4), 0, np.random.default_rng(4), CALM)
     server = AtlasServer()
-    goal = server.step(0, (), (), ()).goal
+    goal = server.step((), (), ()).goal
     for _ in range(2):
         assert goal is not None
         for step in walker.follow(goal):
-            goal = server.step(step.stamp_ns, step.events, step.edge_maps, step.links).goal
+            goal = server.step(step.events, step.edge_maps, step.links).goal
     assert goal is not None
     graph, here = server.state.graph, server.mapper.here
     assert here is not None
     driven = next(branch for branch in graph.nodes[here.node].branches.values() if branch.edge is not None)
     back = walker.bearing_of(here.keys.index(driven.key))
     for step in walker.turn_round(goal.branch, back, reach_m, length_m):
-        server.step(step.stamp_ns, step.events, step.edge_maps, step.links)
+        server.step(step.events, step.edge_maps, step.links)
     assert server.mapper.here is not None
     assert server.mapper.here.node == here.node
     assert list(graph.edges) == [driven.edge]

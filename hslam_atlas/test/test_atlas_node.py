@@ -1,30 +1,36 @@
 """The node against the plain server: the same atlas bit for bit, a cycle answered only when its goal is taken."""
 
+import math
 import time
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import rclpy
+from action_msgs.msg import GoalStatus
 from corridor_floor import furnish, wean_hall
 from edge_walker import EdgeWalker, Step, WalkNoise
 from hslam_msgs.action import AccessGvg, Explore, TraceEdge
 from hslam_msgs.msg import Atlas, EdgeMap, FrameLink, GvgEvent, NodeStatus
 from hslam_msgs.srv import AtlasFile, IdentifyNode
-from rclpy.action import ActionClient, ActionServer
+from rclpy.action import ActionClient, ActionServer, GoalResponse
 from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
+from tf2_msgs.msg import TFMessage
 
 from hslam_atlas.atlas_node import AtlasNode
 from hslam_atlas.server import AtlasServer
 from hslam_atlas.store import AtlasStore
+from hslam_atlas.whereabouts import Here
 from hslam_ros import conversions
 from hslam_ros.qos import CYCLE, EVENTS, LATCHED
 from hslam_ros.stamps import stamp_from_msg
-from hslam_types.gvg_events import GoalKind, GvgGoal
+from hslam_types.gvg_events import GoalKind, GvgGoal, NodeKind
+from hslam_types.se2 import SE2
 
 GOALS = 6
 
@@ -42,6 +48,7 @@ class Rest(Node):
         self.goals: list[GvgGoal] = []
         self.statuses: list[NodeStatus] = []
         self.graphs: list[Atlas] = []
+        self.transforms: list[TFMessage] = []
         self._said = {"events": 0, "maps": 0}
         self._events = self.create_publisher(GvgEvent, "gvg/events", EVENTS)
         self._maps = self.create_publisher(EdgeMap, "ekf/edge_maps", EVENTS)
@@ -50,7 +57,10 @@ class Rest(Node):
         self._ekf = self.create_publisher(NodeStatus, "ekf/status", CYCLE)
         self.create_subscription(NodeStatus, "atlas/status", self.statuses.append, CYCLE)
         self.create_subscription(Atlas, "atlas/atlas", self.graphs.append, LATCHED)
+        self.create_subscription(TFMessage, "/tf_static", self.transforms.append, LATCHED)
         self._servers: list[Any] = []
+        self.refuse = 0
+        """How many goals to refuse."""
 
     def open_actions(self) -> None:
         """Offer what gvg offers."""
@@ -60,7 +70,12 @@ class Rest(Node):
         ):
             self._servers.append(
                 ActionServer(
-                    self, kind, name, self._end, handle_accepted_callback=lambda h, f=to_goal: self._take(h, f)
+                    self,
+                    kind,
+                    name,
+                    self._end,
+                    goal_callback=self._judge,
+                    handle_accepted_callback=lambda h, f=to_goal: self._take(h, f),
                 )
             )
 
@@ -79,6 +94,14 @@ class Rest(Node):
         for event in events:
             self._events.publish(conversions.event_to_msg(event))
 
+    def was_placed(self, stamp_ns: int) -> bool:
+        """Whether the newest transform is of a cycle."""
+        return bool(self.transforms) and stamp_from_msg(self.transforms[-1].transforms[0].header.stamp) == stamp_ns
+
+    def _judge(self, _: Any) -> GoalResponse:
+        self.refuse -= 1
+        return GoalResponse.REJECT if self.refuse >= 0 else GoalResponse.ACCEPT
+
     def _take(self, handle: Any, to_goal: Callable[[Any], GvgGoal]) -> None:
         self.goals.append(to_goal(handle.request))
 
@@ -92,6 +115,7 @@ class Pair:
 
     def __init__(self) -> None:
         self.atlas, self.rest = AtlasNode(), Rest()
+        self._clients: list[Any] = []
         self._executor = EventsExecutor()
         self._executor.add_node(self.atlas)
         self._executor.add_node(self.rest)
@@ -124,6 +148,22 @@ class Pair:
         future = client.call_async(request)
         self.spin_until(future.done)
         return future.result()
+
+    def ask_to_explore(self) -> Any:
+        """Send the node the goal to explore; return the client's handle."""
+        client: Any = ActionClient(self.rest, Explore, "atlas/explore")
+        self._clients.append(client)
+        self.spin_until(client.server_is_ready)
+        sent = client.send_goal_async(Explore.Goal())
+        self.spin_until(sent.done)
+        assert sent.result().accepted
+        return sent.result()
+
+    def result_of(self, handle: Any) -> Any:
+        """Wait for the answer to a goal: its status and result."""
+        answer = handle.get_result_async()
+        self.spin_until(answer.done)
+        return answer.result()
 
     def close(self) -> None:
         """End the executor, then the nodes."""
@@ -158,13 +198,13 @@ def test_lock_step_gives_the_atlas_of_the_plain_server(start: Start, tmp_path: P
     pair.rest.open_actions()
     pair.explore(GOALS)
     plain, base = AtlasServer(), walker()
-    goal = plain.step(0, (), (), ()).goal
+    goal = plain.step((), (), ()).goal
     asked: list[GvgGoal] = []
     while goal is not None and len(asked) <= GOALS:
         asked.append(goal)
         if len(asked) <= GOALS:
             for step in base.follow(goal):
-                goal = plain.step(step.stamp_ns, step.events, step.edge_maps, step.links).goal
+                goal = plain.step(step.events, step.edge_maps, step.links).goal
     with AtlasStore(tmp_path / "atlas.db") as written:
         assert list(written.dump()) == list(plain.store.dump())
     assert [(goal.kind, goal.branch) for goal in pair.rest.goals] == [(goal.kind, goal.branch) for goal in asked]
@@ -189,18 +229,85 @@ def test_a_cycle_is_answered_only_when_its_goal_is_taken(start: Start) -> None:
     assert stamp_from_msg(pair.rest.statuses[0].header.stamp) == 0
 
 
+def test_the_chain_of_frames_leads_to_the_drawn_nodes(start: Start) -> None:
+    """At a departure the edge's frame starts at the node left; at the arrival its terminal is the node come to."""
+    pair = start()
+    pair.rest.open_actions()
+    pair.cycle(0, None)
+    base = walker()
+    (_, found) = base.follow(pair.rest.goals[-1])
+    pair.cycle(found.stamp_ns, found)
+    for _ in range(3):
+        departure, arrival = base.follow(pair.rest.goals[-1])
+        edge_map = arrival.edge_maps[0]
+        for step, on_x in ((departure, 0.0), (arrival, edge_map.terminal_x)):
+            pair.cycle(step.stamp_ns, step)
+            pair.spin_until(partial(pair.rest.was_placed, step.stamp_ns))
+            (transform,) = pair.rest.transforms[-1].transforms
+            assert (transform.header.frame_id, transform.child_frame_id) == ("map", f"edge_{edge_map.traversal}")
+            edge_in_map = SE2(
+                transform.transform.translation.x,
+                transform.transform.translation.y,
+                conversions.yaw_from_quaternion(transform.transform.rotation),
+            )
+            pair.spin_until(lambda: len(pair.rest.graphs) > 0)
+            drawn = [(node.position.x, node.position.y) for node in pair.rest.graphs[-1].nodes]
+            assert min(math.dist(edge_in_map.apply(on_x, 0.0), node) for node in drawn) < 0.15
+
+
 def test_exploration_is_an_action_when_the_mission_is_none(start: Start) -> None:
     pair = start(mission="none")
     pair.rest.open_actions()
     pair.cycle(0, None)
     assert not pair.rest.goals
-    client: Any = ActionClient(pair.rest, Explore, "atlas/explore")
-    pair.spin_until(client.server_is_ready)
-    sent = client.send_goal_async(Explore.Goal())
-    pair.spin_until(sent.done)
-    assert sent.result().accepted
+    pair.ask_to_explore()
     pair.cycle(1, None)
     assert [goal.kind for goal in pair.rest.goals] == [GoalKind.ACCESS]
+
+
+def test_a_second_client_takes_the_place_of_the_first_and_may_stop_the_exploration(start: Start) -> None:
+    pair = start(mission="none")
+    pair.rest.open_actions()
+    first = pair.ask_to_explore()
+    second = pair.ask_to_explore()
+    answer = pair.result_of(first)
+    assert (answer.status, answer.result.success) == (GoalStatus.STATUS_ABORTED, False)
+    assert "took its place" in answer.result.message
+    pair.cycle(0, None)
+    assert [goal.kind for goal in pair.rest.goals] == [GoalKind.ACCESS]
+    cancelled = second.cancel_goal_async()
+    pair.spin_until(cancelled.done)
+    for step in walker().follow(pair.rest.goals[-1]):
+        pair.cycle(step.stamp_ns, step)
+    assert pair.result_of(second).status == GoalStatus.STATUS_CANCELED
+    assert len(pair.rest.goals) == 1
+    assert pair.rest.statuses[-1].state == "mapping"
+
+
+def test_a_refused_goal_does_not_end_the_mission(start: Start) -> None:
+    pair = start()
+    pair.rest.refuse = 2
+    pair.rest.open_actions()
+    for stamp_ns in range(3):
+        pair.cycle(stamp_ns, None)
+    assert [goal.kind for goal in pair.rest.goals] == [GoalKind.ACCESS]
+
+
+def test_what_is_out_of_reach_is_told_at_the_end(start: Start) -> None:
+    pair = start(mission="none")
+    pair.rest.open_actions()
+    graph = pair.atlas._server.state.graph
+    node = graph.add_node(NodeKind.BOUNDARY_POINT, 1.0, [0.0])
+    pair.atlas._server.mapper.here = Here(node.id, (), None, -1, None)  # the visit does not show the branch
+    pair.atlas._server.unexplored = 1
+    handle = pair.ask_to_explore()
+    pair.cycle(0, None)
+    answer = pair.result_of(handle)
+    assert not answer.result.success
+    assert answer.result.message == "unexplored branches left out of reach: 1"
+    status = pair.rest.statuses[-1]
+    assert (status.finished, status.state) == (True, "stopped")
+    assert status.detail == "1 nodes, 0 edges, 1 unexplored and out of reach"
 
 
 def test_services_save_load_and_refuse(start: Start, tmp_path: Path) -> None:
@@ -214,6 +321,11 @@ def test_services_save_load_and_refuse(start: Start, tmp_path: Path) -> None:
     refused = pair.call(AtlasFile, "atlas/load", AtlasFile.Request(path=str(tmp_path / "junk.db")))
     assert not refused.success
     assert "junk.db" in refused.message
+    absent = pair.call(AtlasFile, "atlas/load", AtlasFile.Request(path=str(tmp_path / "absent.db")))
+    assert not absent.success
+    assert "no such file" in absent.message
+    assert not (tmp_path / "absent.db").exists()
+    assert pair.atlas._server.state.graph.nodes
     loaded = pair.call(AtlasFile, "atlas/load", AtlasFile.Request(path=str(tmp_path / "copy.db")))
     assert loaded.success
     assert not pair.call(IdentifyNode, "atlas/identify", IdentifyNode.Request(node=99)).success

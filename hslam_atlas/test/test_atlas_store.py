@@ -1,6 +1,7 @@
 """The atlas file: round trip, interruption, damage."""
 
 import sqlite3
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -97,9 +98,77 @@ def test_bad_files_are_named(tmp_path: Path) -> None:
     junk.write_bytes(b"this is no database at all, but long enough to be looked at" * 20)
     with pytest.raises(StoreError, match=r"junk\.db: cannot be opened as an atlas"):
         AtlasStore(junk)
-    with AtlasStore(tmp_path / "new.db") as store:
-        store.set_meta("version", "99")
+    AtlasStore(tmp_path / "new.db").close()
+    change(tmp_path / "new.db", "UPDATE meta SET value = '99' WHERE key = 'version'")
     with pytest.raises(StoreError, match="version 99"):
         AtlasStore(tmp_path / "new.db")
     with pytest.raises(StoreError, match="cannot be opened"):
         AtlasStore(tmp_path)
+
+
+@pytest.mark.parametrize("table", ["addresses (name TEXT)", "meta (key TEXT PRIMARY KEY, value TEXT)"])
+def test_another_programs_database_is_refused_and_left_as_it_is(tmp_path: Path, table: str) -> None:
+    path = tmp_path / "other.db"
+    change(path, f"CREATE TABLE {table}")
+    before = path.read_bytes()
+    with pytest.raises(StoreError, match=r"other\.db is not an atlas"):
+        AtlasStore(path)
+    assert path.read_bytes() == before
+
+
+def test_only_an_atlas_is_opened_where_none_shall_be_created(tmp_path: Path) -> None:
+    with pytest.raises(StoreError, match=r"none\.db: no such file"):
+        AtlasStore(tmp_path / "none.db", create=False)
+    (tmp_path / "empty.db").touch()
+    with pytest.raises(StoreError, match=r"empty\.db is not an atlas"):
+        AtlasStore(tmp_path / "empty.db", create=False)
+    assert [path.name for path in tmp_path.iterdir()] == ["empty.db"]
+    assert (tmp_path / "empty.db").stat().st_size == 0
+
+
+def test_a_copy_onto_the_atlas_itself_is_refused(tmp_path: Path) -> None:
+    with AtlasStore(tmp_path / "atlas.db") as store:
+        server = run(store, 6)
+        with pytest.raises(StoreError, match="the atlas itself"):
+            server.save_as(tmp_path / "sub" / ".." / "atlas.db")
+        lines = list(store.dump())
+    with AtlasStore(tmp_path / "atlas.db", create=False) as again:
+        assert list(again.dump()) == lines
+
+
+def test_a_copy_that_fails_leaves_the_old_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    old = tmp_path / "copy.db"
+    old.write_bytes(b"precious")
+
+    def fail(*_: object) -> None:
+        raise OSError("no space left")
+
+    with AtlasStore() as store:
+        monkeypatch.setattr(Path, "replace", fail)
+        with pytest.raises(StoreError, match=r"copied to .*copy\.db \(no space left\)"):
+            store.save_as(old)
+    assert old.read_bytes() == b"precious"
+    assert [path.name for path in tmp_path.iterdir()] == ["copy.db"]
+
+
+def test_a_file_that_cannot_be_written_is_told_and_the_half_step_is_lost(tmp_path: Path) -> None:
+    path = tmp_path / "atlas.db"
+    store = AtlasStore(path)
+    server = run(store, 6)
+    lines = list(store.dump())
+    server.state.graph.changed_nodes.update(server.state.graph.nodes)
+    store._db.execute("PRAGMA query_only = on")
+    with pytest.raises(StoreError, match=r"atlas\.db: cannot be written"):
+        server.save_as(tmp_path / "copy.db")
+    store._db.execute("PRAGMA query_only = off")
+    store.set_meta("half", "done")
+    store.close()
+    with AtlasStore(path, create=False) as again:
+        assert list(again.dump()) == lines
+
+
+def change(path: Path, statement: str) -> None:
+    """Do something to a database behind the store's back."""
+    with closing(sqlite3.connect(path)) as db:
+        db.execute(statement)
+        db.commit()

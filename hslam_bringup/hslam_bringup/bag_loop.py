@@ -44,7 +44,7 @@ class BagLoop:
         looks = [conversions.landmarks_from_msg(msg) for msg in heard["/landmarks"]]
         events = tuple(conversions.event_from_msg(msg) for msg in heard["/gvg/events"])
         mapped = self.ekf.step(odom, looks[-1] if looks else None, events)
-        self.atlas.step(portion.time_ns, events, mapped.edge_maps, mapped.links)
+        self.atlas.step(events, mapped.edge_maps, mapped.links)
 
 
 def rebuild_atlas(bag_path: Path, options: RunOptions) -> int:

@@ -14,6 +14,7 @@ from std_msgs.msg import Bool
 from hslam_atlas.atlas_messages import atlas_to_msg
 from hslam_atlas.config import AtlasConfig
 from hslam_atlas.explore import unexplored
+from hslam_atlas.picture import node_poses
 from hslam_atlas.server import AtlasServer
 from hslam_atlas.store import AtlasStore
 from hslam_bags.recorder import Recorder
@@ -26,6 +27,7 @@ from hslam_ekf.config import EkfConfig
 from hslam_ekf.server import EkfServer
 from hslam_gvg.config import GvgConfig
 from hslam_gvg.server import GvgServer
+from hslam_gvg.states import GvgError
 from hslam_ros import conversions
 from hslam_ros.stamps import NS_PER_S
 from hslam_sim import sim_messages
@@ -68,9 +70,12 @@ class InProcessRun:
 
         driven = self.gvg.step(odom, base.sonar)
         mapped = self.ekf.step(odom, base.landmarks, driven.events)
-        decided = self.atlas.step(stamp_ns, driven.events, mapped.edge_maps, mapped.links)
+        decided = self.atlas.step(driven.events, mapped.edge_maps, mapped.links)
         if decided.goal is not None:
-            self.gvg.start(decided.goal, stamp_ns)
+            try:
+                self.gvg.start(decided.goal, stamp_ns)
+            except GvgError:  # as the node is told by the action server
+                self.atlas.refused()
         self._command = driven.command
         self.finished, self._explored = self._explored, decided.finished  # the cycle under way meanwhile is the last
 
@@ -82,7 +87,7 @@ class InProcessRun:
         for link in mapped.links:
             put("/ekf/frame_links", conversions.link_to_msg(link, stamp_ns), stamp_ns)
         if decided.changed:
-            put("/atlas/atlas", atlas_to_msg(self.atlas, stamp_ns), stamp_ns)
+            put("/atlas/atlas", atlas_to_msg(self.atlas, node_poses(self.atlas.state.graph), stamp_ns), stamp_ns)
         here = odom.base_in_odom[:2]
         self.path_length_m += math.dist(self._last_xy or here, here)
         self._last_xy = here
@@ -95,7 +100,7 @@ class InProcessRun:
 
 
 def run_in_process(options: RunOptions, show: Callable[[Snapshot], None]) -> RunEnd:
-    """Explore in this process until the atlas is complete or the time limit is reached.
+    """Explore in this process until nothing that is left can be reached or the time limit is reached.
 
     However it ends, bag and atlas are closed whole.
     """

@@ -7,6 +7,7 @@ from typing import Any
 
 from rich.table import Table
 
+from hslam_atlas.explore import unexplored
 from hslam_atlas.store import AtlasStore
 from hslam_bringup.run_evidence import explored_graph, placed_maps, read_log
 from hslam_bringup.run_options import RunOptions
@@ -24,8 +25,8 @@ from hslam_sim.worlds import load_world
 class RunEnd:
     """How a run ended, as far as its bag and atlas do not tell."""
 
-    completed: bool
-    """No edge was left unexplored."""
+    finished: bool
+    """The mission came to its end, not the time limit."""
     peak_rss_mb: Mapping[str, float]
     """By node."""
 
@@ -42,7 +43,8 @@ def report_run(options: RunOptions, end: RunEnd, wall_time_s: float) -> dict[str
         explored = explored_graph(graph, log)
         maps = placed_maps(store, graph, explored, log)
     facts = RunFacts(
-        completed=end.completed,
+        finished=end.finished,
+        unexplored=unexplored(graph),
         seed=options.seed,
         world=options.world,
         path_length_m=length_m(log.driven.in_map),

@@ -16,7 +16,7 @@ _LOOK_S = 0.25
 
 
 def run_separately(options: RunOptions, show: Callable[[Snapshot], None]) -> RunEnd:
-    """Explore with separate processes until the atlas is complete or the time limit is reached.
+    """Explore with separate processes until nothing that is left can be reached or the time limit is reached.
 
     Raises NodeDiedError, naming the node, when a process ends early.  However it ends, the nodes are stopped in
     order: the base first, the recorder last.
@@ -29,10 +29,10 @@ def run_separately(options: RunOptions, show: Callable[[Snapshot], None]) -> Run
         try:
             for node in levels + bases:
                 fleet.start(node)
-            completed = _watch(fleet, world, domain, options, show)
+            finished = _watch(fleet, world, domain, options, show)
         finally:
             fleet.stop([node.name for node in reversed(levels + bases)])
-        return RunEnd(completed, fleet.peak_rss_mb())
+        return RunEnd(finished, fleet.peak_rss_mb())
 
 
 def _levels(options: RunOptions, world: str) -> list[NodeProcess]:

@@ -84,7 +84,7 @@ class Traversal:
         self.filter.replace(mean[:-2], joint[:-2, :-2])
         self.arrived = True
         base_in_edge = self.filter.pose()[0]
-        bearing_in_odom = event.node.bearings_in_odom[event.branch]
+        bearing_in_odom = event.node.reference_bearing(event.branch)
         kept = self._evidence.lasting()
         rows = np.concatenate((ROBOT + 2 * kept[:, None] + np.arange(2), [[len(mean) - 2, len(mean) - 1]]))
         rows = np.roll(rows, 1, axis=0).reshape(-1)  # the terminal first

@@ -57,6 +57,21 @@ def test_a_traversal_gives_one_map_and_one_link() -> None:
     assert edge_map.robot_at_arrival == pytest.approx(EDGE.to(at_arrival.base_in_map), abs=0.15)
 
 
+def test_an_unknown_branch_ties_the_view_by_the_first() -> None:
+    """As the atlas reads it: `NodeView.reference_bearing`."""
+    steps, _ = one_drive()
+    at = next(i for i, step in enumerate(steps) if step.events and step.events[0].kind is EventKind.ARRIVAL)
+    (arrival,) = steps[at].events
+    assert arrival.node is not None
+    node = replace(arrival.node, bearings_in_odom=(0.3, 2.5, -1.0))
+    headings = []
+    for branch in (0, -1):
+        event = replace(arrival, node=node, branch=branch)
+        (edge_map,), _ = products(run([*steps[:at], replace(steps[at], events=(event,)), *steps[at + 1 :]]))
+        headings.append(edge_map.arrival_heading)
+    assert headings[0] == headings[1]
+
+
 def test_the_link_and_the_pose_follow_the_truth() -> None:
     steps, _ = one_drive(seed=3)
     outputs = run(steps)

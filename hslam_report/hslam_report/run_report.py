@@ -15,8 +15,10 @@ from hslam_report.score import GraphScore
 class RunFacts:
     """What the run itself knows, whatever the truth."""
 
-    completed: bool
-    """Whether it ended with no edge left unexplored."""
+    finished: bool
+    """Whether the mission came to its end, not the time limit."""
+    unexplored: int
+    """Branches left unexplored at the end."""
     seed: int
     world: str
     path_length_m: float
@@ -28,6 +30,11 @@ class RunFacts:
     """Peak resident memory of each node's process, by node name."""
 
     @property
+    def completed(self) -> bool:
+        """Whether it ended with no branch left unexplored."""
+        return self.finished and not self.unexplored
+
+    @property
     def real_time_factor(self) -> float:
         """Simulated per wall second; 0 if no time has passed."""
         return self.sim_time_s / self.wall_time_s if self.wall_time_s > 0.0 else 0.0
@@ -37,6 +44,7 @@ def report(facts: RunFacts, graph: GraphScore, landmarks: LandmarkScore) -> dict
     """Return the report's fields in a fixed order; figures that do not exist (NaN) are None."""
     fields: dict[str, Any] = {
         "completed": facts.completed,
+        "unexplored": facts.unexplored,
         "seed": facts.seed,
         "world": facts.world,
         **{field.name: getattr(graph, field.name) for field in dataclasses.fields(graph) if field.name != "matches"},

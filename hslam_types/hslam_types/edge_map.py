@@ -29,8 +29,8 @@ class EdgeMap:
     departure_heading: float
     """Direction of the branch departed by, in the edge frame (the rotation that aligned it, negated)."""
     arrival_heading: float
-    """Direction in which the branch come along leaves the terminal, in the edge frame (pi for a straight edge):
-    it ties the bearings of the arrival's node view to the map."""
+    """Direction in which the branch come along (`NodeView.reference_bearing`) leaves the terminal, in the edge frame
+    (pi for a straight edge): it ties the bearings of the arrival's node view to the map."""
     robot_at_arrival: SE2
     """Pose of base_link at the arrival event."""
     path_length_m: float

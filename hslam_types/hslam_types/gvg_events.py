@@ -48,6 +48,10 @@ class NodeView:
         """The number of edges that leave the node."""
         return len(self.bearings_in_odom)
 
+    def reference_bearing(self, branch: int) -> float:
+        """Return the direction (rad) that ties this view to a map: a branch's, or the first one's if unknown (-1)."""
+        return self.bearings_in_odom[max(branch, 0)]
+
     def nearest_branch(self, bearing_in_odom: float) -> int:
         """Return the index of the edge that leaves nearest to a direction (rad)."""
         return min(range(self.degree), key=lambda i: abs(wrap(self.bearings_in_odom[i] - bearing_in_odom)))
