@@ -4,6 +4,9 @@ import math
 from dataclasses import dataclass
 
 from hslam_types.config import Configuration, parameter
+from hslam_types.errors import ConfigurationError
+
+MISSIONS = ("explore", "none")
 
 
 @dataclass(frozen=True)
@@ -75,3 +78,9 @@ class AtlasConfig(Configuration):
         1.2, "Absolute difference of two drives along one edge.", low=0.01, high=10.0, unit="m"
     )
     attempts: int = parameter(3, "Fruitless drives after which a branch is given up.", low=1, high=100)
+
+    def __post_init__(self) -> None:
+        """Check the mission too."""
+        super().__post_init__()
+        if self.mission not in MISSIONS:
+            raise ConfigurationError(f"parameter 'mission' must be one of {', '.join(MISSIONS)}, not '{self.mission}'")

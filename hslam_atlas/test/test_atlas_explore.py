@@ -11,6 +11,7 @@ from hslam_atlas.questions import Questions
 from hslam_atlas.state import AtlasState
 from hslam_atlas.store import AtlasStore
 from hslam_atlas.whereabouts import Here
+from hslam_types.errors import ConfigurationError
 from hslam_types.gvg_events import NodeKind
 
 
@@ -35,3 +36,8 @@ def test_slots_leave_out_what_was_given_up_unless_it_carries_an_edge() -> None:
     node.branches[1].given_up = node.branches[2].given_up = True
     node.branches[2].edge = 7
     assert node.slots() == [3, 2, 0]
+
+
+def test_a_mission_that_does_not_exist_is_refused() -> None:
+    with pytest.raises(ConfigurationError, match="one of explore, none, not 'fly'"):
+        AtlasConfig(mission="fly")

@@ -119,6 +119,7 @@ class GvgActions:
         success, message, event = self._results.pop(bytes(handle.goal_id.uuid))
         if handle.is_cancel_requested:
             handle.canceled()
+            success, message = False, "cancelled"
         elif success:
             handle.succeed()
         else:

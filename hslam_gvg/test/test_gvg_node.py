@@ -197,6 +197,9 @@ class Handle:
     def abort(self) -> None:
         """End without success."""
 
+    def canceled(self) -> None:
+        """End as the client wished."""
+
 
 def test_two_goals_that_end_together_are_answered_each_with_its_own_end(pair: Pair) -> None:
     actions, first, second = pair.gvg._actions, Handle(b"first"), Handle(b"second")
@@ -205,3 +208,13 @@ def test_two_goals_that_end_together_are_answered_each_with_its_own_end(pair: Pa
     actions.reset()
     messages = [actions._on_end(AccessGvg, handle).message for handle in (first, second)]
     assert messages == ["a new goal took its place", "reset"]
+
+
+def test_a_cancelled_goal_has_not_succeeded(pair: Pair) -> None:
+    actions, handle = pair.gvg._actions, Handle(b"unwanted")
+    actions._on_accepted(_OFFERS["~/access"], handle)
+    handle.is_cancel_requested = True
+    actions._on_cancel(handle)
+    pair.cycle()
+    result = actions._on_end(AccessGvg, handle)
+    assert (result.success, result.message) == (False, "cancelled")
