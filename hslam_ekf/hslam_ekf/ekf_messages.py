@@ -17,7 +17,9 @@ from hslam_types.se2 import SE2, Array
 
 _PLANAR = (0, 1, 5)
 """Rows of x, y and yaw in a pose's 6 x 6 covariance (REP-103)."""
-_CIRCLE = np.column_stack((np.cos(np.linspace(0.0, math.tau, 13)), np.sin(np.linspace(0.0, math.tau, 13))))
+_AZIMUTHS = np.linspace(0.0, math.tau, 9)
+_CIRCLE = np.column_stack((np.cos(_AZIMUTHS), np.sin(_AZIMUTHS)))
+"""An octagon, closed: a picture of many ellipses is sent again and again."""
 _PINK = ColorRGBA(r=1.0, g=0.4, b=0.7, a=1.0)
 _GREY = ColorRGBA(r=0.6, g=0.6, b=0.6, a=1.0)
 
@@ -45,12 +47,12 @@ def map_to_msg(stamp_ns: int, traversal: int, ekf: LandmarkFilter, ellipse_scale
     landmarks = _marker(about, "landmarks", Marker.SPHERE_LIST, 0.15, _PINK)
     landmarks.points = [Point(x=x, y=y) for x, y in ekf.landmarks.tolist()]
     ellipses = _marker(about, "ellipses", Marker.LINE_LIST, 0.02, _GREY)
-    for i, centre in enumerate(ekf.landmarks):
-        rows = slice(ROBOT + 2 * i, ROBOT + 2 * i + 2)
-        # A floor on the diagonal keeps the root of a barely positive block real.
-        root = np.linalg.cholesky(ekf.covariance[rows, rows] + 1e-12 * np.eye(2))
-        ring = [Point(x=x, y=y) for x, y in (centre + ellipse_scale * _CIRCLE @ root.T).tolist()]
-        ellipses.points += [point for pair in pairwise(ring) for point in pair]
+    own = ROBOT + 2 * np.arange(len(ekf.landmarks))[:, None, None] + np.arange(2)
+    # A floor on the diagonal keeps the root of a barely positive block real.
+    roots = np.linalg.cholesky(ekf.covariance[own.transpose(0, 2, 1), own] + 1e-12 * np.eye(2))
+    rings = ekf.landmarks[:, None] + ellipse_scale * _CIRCLE @ roots.transpose(0, 2, 1)
+    for ring in rings.tolist():
+        ellipses.points += [point for side in pairwise(Point(x=x, y=y) for x, y in ring) for point in side]
     return MarkerArray(markers=[landmarks, ellipses])
 
 

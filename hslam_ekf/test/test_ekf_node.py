@@ -177,8 +177,8 @@ def test_it_shows_transform_and_map(start: Start) -> None:
     again = odom_in_edge @ next(step.odom.base_in_odom for step in steps if step.odom.stamp_ns == stamp_ns)
     assert (again.x, again.y) == pytest.approx((pose.x, pose.y), abs=1e-9)
     landmarks, ellipses = rest.pictures[-1].markers
-    assert len(ellipses.points) == 24 * len(landmarks.points)
-    assert len(rest.pictures[-1].markers[0].points) > 0
+    assert len(landmarks.points) > 0
+    assert len(ellipses.points) == 16 * len(landmarks.points)
 
 
 def test_running_freely_a_missing_status_holds_nothing_up(start: Start) -> None:

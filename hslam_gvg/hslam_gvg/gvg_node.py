@@ -2,16 +2,16 @@
 
 from dataclasses import dataclass
 
-from geometry_msgs.msg import Point, TwistStamped
+from geometry_msgs.msg import TwistStamped
 from hslam_msgs.msg import GvgEvent, NodeStatus, SonarRing
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
-from std_msgs.msg import ColorRGBA
+from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import Trigger
-from visualization_msgs.msg import Marker
 
 from hslam_gvg.config import GvgConfig
 from hslam_gvg.gvg_actions import GvgActions
+from hslam_gvg.local_map_message import local_map_to_msg
 from hslam_gvg.server import GvgServer
 from hslam_ros import conversions
 from hslam_ros.parameters import declare
@@ -51,7 +51,7 @@ class GvgNode(Node):
         self._command = self.create_publisher(TwistStamped, "cmd_vel", CYCLE)
         self._events = self.create_publisher(GvgEvent, "~/events", EVENTS)
         self._status = self.create_publisher(NodeStatus, "~/status", CYCLE)
-        self._map = self.create_publisher(Marker, "~/local_map", LATCHED)
+        self._map = self.create_publisher(PointCloud2, "~/local_map", LATCHED)
         sensors = sensor_subscription(self._config.lockstep)
         self.create_subscription(Odometry, "odom", self._on_odometry, sensors)
         self.create_subscription(SonarRing, "sonar", self._on_sonar, sensors)
@@ -85,7 +85,7 @@ class GvgNode(Node):
         self._actions.after_step(out, cycle.stamp_ns)
         if cycle.stamp_ns >= self._next_map_ns and self._map.get_subscription_count():
             self._next_map_ns = cycle.stamp_ns + round(self._config.map_every_s * NS_PER_S)
-            self._map.publish(self._local_map(cycle.stamp_ns))
+            self._map.publish(local_map_to_msg(self._server.map.points(), cycle.stamp_ns))
 
     def _joined(self, stamp_ns: int, sweeps: tuple[SonarSweep, ...]) -> SonarSweep:
         """Return the cycle's sweeps as one; running free there may be none, or several."""
@@ -94,15 +94,6 @@ class GvgNode(Node):
         if len(sweeps) == 1:
             return sweeps[0]
         return SonarSweep(stamp_ns, self._ring, tuple(ping for sweep in sweeps for ping in sweep.pings))
-
-    def _local_map(self, stamp_ns: int) -> Marker:
-        """Return the obstacle points as markers in odom."""
-        points = [Point(x=x, y=y) for x, y in self._server.map.points().tolist()]
-        marker = Marker(header=conversions.header(stamp_ns, "odom"), ns="local_map", type=Marker.POINTS, points=points)
-        marker.color = ColorRGBA(r=0.1, g=0.1, b=0.1, a=1.0)
-        marker.scale.x = marker.scale.y = 0.05
-        marker.pose.orientation.w = 1.0
-        return marker
 
     def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         self._actions.reset()

@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
 import rclpy
 from geometry_msgs.msg import Point
@@ -16,13 +17,14 @@ from rclpy.executors import Executor
 from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
+from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import Trigger
 
 from hslam_gvg.config import GvgConfig
 from hslam_gvg.gvg_actions import _OFFERS
 from hslam_gvg.gvg_node import GvgNode
 from hslam_ros import conversions
-from hslam_ros.qos import CYCLE, EVENTS
+from hslam_ros.qos import CYCLE, EVENTS, LATCHED
 from hslam_ros.stamps import stamp_to_msg
 from hslam_types.gvg_events import NodeKind, NodeView
 from hslam_types.se2 import SE2
@@ -218,3 +220,19 @@ def test_a_cancelled_goal_has_not_succeeded(pair: Pair) -> None:
     pair.cycle()
     result = actions._on_end(AccessGvg, handle)
     assert (result.success, result.message) == (False, "cancelled")
+
+
+def test_the_local_map_is_said_to_whoever_listens(pair: Pair) -> None:
+    clouds: list[PointCloud2] = []
+    pair.rest.create_subscription(PointCloud2, "gvg/local_map", clouds.append, LATCHED)
+    pair.spin_until(lambda: pair.gvg._map.get_subscription_count() > 0)
+    pair.gvg._server.map.touch(SE2(), direction=1.0)
+    pair.cycle()
+    pair.spin_until(lambda: len(clouds) > 0)
+    cloud = clouds[0]
+    assert cloud.header.frame_id == "odom"
+    assert [(field.name, field.offset) for field in cloud.fields] == [("x", 0), ("y", 4), ("z", 8)]
+    points = np.frombuffer(cloud.data, dtype="<f4").reshape(cloud.width, 3)
+    believed = pair.gvg._server.map.points()
+    assert len(believed) > 0
+    np.testing.assert_allclose(points, np.column_stack((believed, np.zeros(len(believed)))), atol=1e-6)
