@@ -24,5 +24,5 @@ def _leave_the_domain(request: pytest.FixtureRequest) -> Iterator[None]:
     Nodes with actions are cyclic garbage, which otherwise goes whenever Python pleases.
     """
     yield
-    if hasattr(request.module, "rclpy"):
+    if "staged" in request.fixturenames or hasattr(request.module, "rclpy"):
         gc.collect()

@@ -4,20 +4,15 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
-import rclpy
 from bag_messages import STRING, string_cdr
 from geometry_msgs.msg import Vector3Stamped
 from hslam_msgs.msg import NodeStatus
-from rclpy.executors import Executor
-from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.serialization import serialize_message
-from rclpy.signals import SignalHandlerOptions
+from ros_stage import Stage, Staged
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
@@ -34,55 +29,6 @@ from hslam_ros.stamps import stamp_from_msg, stamp_to_msg
 from hslam_types.errors import ConfigurationError, HslamError
 
 STEP_NS = 120_000_000
-
-
-class Stage:
-    """Nodes on one executor in one context."""
-
-    def __init__(self, **parameters: object) -> None:
-        arguments = ["--ros-args"]
-        for name, value in parameters.items():
-            arguments += ["-p", f"{name}:={str(value).lower() if isinstance(value, bool) else value}"]
-        rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
-        self.nodes: list[Node] = []
-        self.closed = False
-        self.executor: Executor = EventsExecutor()
-
-    def add(self, node: Node) -> Any:
-        self.nodes.append(node)
-        self.executor.add_node(node)
-        return node
-
-    def spin_until(self, predicate: Callable[[], bool], timeout_s: float = 20.0) -> None:
-        deadline = time.monotonic() + timeout_s
-        while not predicate():
-            assert time.monotonic() < deadline, "nothing came in time"
-            self.executor.spin_once(timeout_sec=0.05)
-
-    def close(self) -> None:
-        if self.closed:
-            return
-        self.closed = True
-        self.executor.shutdown()
-        for node in self.nodes:
-            if hasattr(node, "close"):
-                node.close()
-            node.destroy_node()
-        rclpy.shutdown()
-
-
-@pytest.fixture
-def staged() -> Iterator[Callable[..., Stage]]:
-    """Give a function that opens a stage with parameters for its nodes; it is closed afterwards."""
-    stages: list[Stage] = []
-
-    def open_stage(**parameters: object) -> Stage:
-        stages.append(Stage(**parameters))
-        return stages[-1]
-
-    yield open_stage
-    for stage in stages:
-        stage.close()
 
 
 def vector(stamp_ns: int, x: float) -> Vector3Stamped:
@@ -106,9 +52,9 @@ def publish_run(source: Node, steps: int) -> dict[str, list[bytes]]:
     return said
 
 
-def test_records_everything_latched_and_late(staged: Callable[..., Stage], bag: Path) -> None:
-    stage = staged(path=bag, require="odom,camera", find_every_s=0.02)
-    source = stage.add(rclpy.create_node("source"))
+def test_records_everything_latched_and_late(staged: Staged, bag: Path) -> None:
+    stage = staged(Stage, path=bag, require="odom,camera", find_every_s=0.02)
+    source = stage.add(Node("source"))
     latched = source.create_publisher(String, "map", LATCHED)
     latched.publish(String(data="the floor"))  # before anyone records
     answers: list[NodeStatus] = []
@@ -138,10 +84,10 @@ def test_records_everything_latched_and_late(staged: Callable[..., Stage], bag: 
         assert "/record/status" not in opened.topics
 
 
-def test_what_has_no_time_at_all_is_filed_as_received(staged: Callable[..., Stage], bag: Path) -> None:
+def test_what_has_no_time_at_all_is_filed_as_received(staged: Staged, bag: Path) -> None:
     """No clock and no stamps: a little is kept for the first of them, more is not held back."""
-    stage = staged(path=bag, require="text", find_every_s=0.02)
-    source = stage.add(rclpy.create_node("source"))
+    stage = staged(Stage, path=bag, require="text", find_every_s=0.02)
+    source = stage.add(Node("source"))
     text = source.create_publisher(String, "text", CYCLE)
     answers: list[NodeStatus] = []
     source.create_subscription(NodeStatus, "record/status", answers.append, LATCHED)
@@ -212,12 +158,10 @@ class Listener(Node):
 
 
 @pytest.mark.parametrize("lag_ns", [0, STEP_NS + STEP_NS // 2])
-def test_lock_step_waits_for_each_answer_and_promises_what_it_sent(
-    staged: Callable[..., Stage], bag: Path, lag_ns: int
-) -> None:
+def test_lock_step_waits_for_each_answer_and_promises_what_it_sent(staged: Staged, bag: Path, lag_ns: int) -> None:
     steps = 40
     record_cycles(bag, steps, lag_ns=lag_ns)
-    stage = staged(path=bag, lockstep=True, live="ekf")
+    stage = staged(Stage, path=bag, lockstep=True, live="ekf")
     ekf: Listener = stage.add(Listener())
     replay: ReplayNode = stage.add(ReplayNode())
     for step in range(1, steps + 1):
@@ -236,9 +180,9 @@ def test_lock_step_waits_for_each_answer_and_promises_what_it_sent(
     assert [msg.data for msg in ekf.maps] == ["floor"]
 
 
-def test_lock_step_names_a_node_that_does_not_answer(staged: Callable[..., Stage], bag: Path) -> None:
+def test_lock_step_names_a_node_that_does_not_answer(staged: Staged, bag: Path) -> None:
     record_cycles(bag, 5)
-    stage = staged(path=bag, lockstep=True, live="ekf,atlas", start_within_s=0.3)
+    stage = staged(Stage, path=bag, lockstep=True, live="ekf,atlas", start_within_s=0.3)
     ekf: Listener = stage.add(Listener())
     replay: ReplayNode = stage.add(ReplayNode())
     stage.spin_until(lambda: ekf.count("odom") == 1)
@@ -247,10 +191,10 @@ def test_lock_step_names_a_node_that_does_not_answer(staged: Callable[..., Stage
     assert "no answer from atlas to the cycle at 0.12 s" in str(replay.failure)
 
 
-def test_replays_at_a_rate_with_pause_and_step(staged: Callable[..., Stage], bag: Path) -> None:
+def test_replays_at_a_rate_with_pause_and_step(staged: Staged, bag: Path) -> None:
     steps = 50
     record_cycles(bag, steps)
-    stage = staged(path=bag, rate=50.0, paused=True, delay_s=0.0, start_s=10 * STEP_NS * 1e-9, topics="odom,map")
+    stage = staged(Stage, path=bag, rate=50.0, paused=True, delay_s=0.0, start_s=10 * STEP_NS * 1e-9, topics="odom,map")
     ekf: Listener = stage.add(Listener())
     replay: ReplayNode = stage.add(ReplayNode())
     calls = {name: ekf.create_client(Trigger, f"/replay/{name}") for name in ("step", "resume")}
@@ -269,10 +213,10 @@ def test_replays_at_a_rate_with_pause_and_step(staged: Callable[..., Stage], bag
     assert ekf.clock == sorted(ekf.clock)
 
 
-def test_refuses_what_cannot_be_replayed(staged: Callable[..., Stage], bag: Path) -> None:
+def test_refuses_what_cannot_be_replayed(staged: Staged, bag: Path) -> None:
     with Recorder(bag) as recorder:
         recorder.write("/chatter", STRING, b"\0\1\0\0\xff\xff\xff\x7fno string is that long", 1)
-    stage = staged(path=bag, delay_s=0.0)
+    stage = staged(Stage, path=bag, delay_s=0.0)
     replay: ReplayNode = stage.add(ReplayNode())
     stage.spin_until(lambda: replay.failure is not None)
     assert "bag: topic /chatter, message at 1 ns: does not decode as std_msgs/msg/String" in str(replay.failure)
@@ -283,7 +227,7 @@ def test_refuses_what_cannot_be_replayed(staged: Callable[..., Stage], bag: Path
         ({"lockstep": True}, ConfigurationError, "lock-step waits for the answers of the nodes in 'live'"),
     ]
     for parameters, kind, text in refusals:
-        stage = staged(path=bag, **parameters)
+        stage = staged(Stage, path=bag, **parameters)
         with pytest.raises(kind, match=text):
             ReplayNode()
         stage.close()
@@ -293,11 +237,9 @@ RECORD = [sys.executable, "-c", "from hslam_bags.record_node import main; main()
 
 
 @pytest.mark.parametrize(("ending", "status"), [(signal.SIGINT, 0), (signal.SIGTERM, 0), (signal.SIGKILL, -9)])
-def test_however_it_ends_the_bag_opens(
-    staged: Callable[..., Stage], bag: Path, ending: signal.Signals, status: int
-) -> None:
-    stage = staged()
-    source = stage.add(rclpy.create_node("source"))
+def test_however_it_ends_the_bag_opens(staged: Staged, bag: Path, ending: signal.Signals, status: int) -> None:
+    stage = staged(Stage)
+    source = stage.add(Node("source"))
     answers: list[NodeStatus] = []
     source.create_subscription(NodeStatus, "record/status", answers.append, LATCHED)
     publish_run(source, 0)
@@ -325,10 +267,10 @@ def _counted(bag: Path, topic: str) -> int:
         return -1
 
 
-def test_a_bag_that_cannot_be_written_ends_the_node_with_one_line(staged: Callable[..., Stage], bag: Path) -> None:
+def test_a_bag_that_cannot_be_written_ends_the_node_with_one_line(staged: Staged, bag: Path) -> None:
     """What a full disk leaves behind is tested with the recorder; here, that the node ends and says why."""
-    stage = staged()
-    source = stage.add(rclpy.create_node("source"))
+    stage = staged(Stage)
+    source = stage.add(Node("source"))
     answers: list[NodeStatus] = []
     source.create_subscription(NodeStatus, "record/status", answers.append, LATCHED)
     publish_run(source, 0)

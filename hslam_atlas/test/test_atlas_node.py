@@ -1,15 +1,13 @@
 """The node against the plain server: the same atlas bit for bit, a cycle answered only when its goal is taken."""
 
 import math
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-import rclpy
 from action_msgs.msg import GoalStatus
 from corridor_floor import furnish, wean_hall
 from edge_walker import EdgeWalker, Step, WalkNoise
@@ -17,9 +15,8 @@ from hslam_msgs.action import AccessGvg, Explore, TraceEdge
 from hslam_msgs.msg import Atlas, EdgeMap, FrameLink, GvgEvent, NodeStatus
 from hslam_msgs.srv import AtlasFile, IdentifyNode
 from rclpy.action import ActionClient, ActionServer, GoalResponse
-from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
-from rclpy.signals import SignalHandlerOptions
+from ros_stage import Stage, Staged
 from tf2_msgs.msg import TFMessage
 
 from hslam_atlas.atlas_node import AtlasNode
@@ -110,22 +107,13 @@ class Rest(Node):
         return AccessGvg.Result()
 
 
-class Pair:
-    """The node and the rest of the suite on one executor."""
+class Pair(Stage):
+    """The node and the rest of the suite."""
 
-    def __init__(self) -> None:
-        self.atlas, self.rest = AtlasNode(), Rest()
+    def __init__(self, **parameters: object) -> None:
+        super().__init__(**parameters)
+        self.atlas, self.rest = self.add(AtlasNode()), self.add(Rest())
         self._clients: list[Any] = []
-        self._executor = EventsExecutor()
-        self._executor.add_node(self.atlas)
-        self._executor.add_node(self.rest)
-
-    def spin_until(self, predicate: Callable[[], bool], timeout_s: float = 30.0) -> None:
-        """Run callbacks until something holds; fails after ``timeout_s`` of wall time."""
-        deadline = time.monotonic() + timeout_s
-        while not predicate():
-            assert time.monotonic() < deadline, "nothing came in time"
-            self._executor.spin_once(timeout_sec=0.05)
 
     def cycle(self, stamp_ns: int, step: Step | None) -> None:
         """Say a cycle and wait for its answer."""
@@ -141,60 +129,22 @@ class Pair:
             for step in base.follow(self.rest.goals[-1]):
                 self.cycle(step.stamp_ns, step)
 
-    def call(self, kind: Any, name: str, request: Any) -> Any:
-        """Call a service of the node."""
-        client = self.rest.create_client(kind, name)
-        self.spin_until(client.service_is_ready)
-        future = client.call_async(request)
-        self.spin_until(future.done)
-        return future.result()
-
     def ask_to_explore(self) -> Any:
         """Send the node the goal to explore; return the client's handle."""
         client: Any = ActionClient(self.rest, Explore, "atlas/explore")
         self._clients.append(client)
         self.spin_until(client.server_is_ready)
-        sent = client.send_goal_async(Explore.Goal())
-        self.spin_until(sent.done)
-        assert sent.result().accepted
-        return sent.result()
+        handle = self.wait(client.send_goal_async(Explore.Goal()))
+        assert handle.accepted
+        return handle
 
     def result_of(self, handle: Any) -> Any:
         """Wait for the answer to a goal: its status and result."""
-        answer = handle.get_result_async()
-        self.spin_until(answer.done)
-        return answer.result()
-
-    def close(self) -> None:
-        """End the executor, then the nodes."""
-        self._executor.shutdown()
-        self.atlas.close()
-        self.atlas.destroy_node()
-        self.rest.destroy_node()
+        return self.wait(handle.get_result_async())
 
 
-Start = Callable[..., Pair]
-
-
-@pytest.fixture
-def start() -> Iterator[Start]:
-    """Give a function that starts the node with parameters and the rest; everything is shut down afterwards."""
-    pairs: list[Pair] = []
-
-    def make(**parameters: object) -> Pair:
-        arguments = [word for name, value in parameters.items() for word in ("-p", f"{name}:={value}")]
-        rclpy.init(args=["--ros-args", *arguments], signal_handler_options=SignalHandlerOptions.NO)
-        pairs.append(Pair())
-        return pairs[-1]
-
-    yield make
-    for pair in pairs:
-        pair.close()
-    rclpy.try_shutdown()
-
-
-def test_lock_step_gives_the_atlas_of_the_plain_server(start: Start, tmp_path: Path) -> None:
-    pair = start(store=tmp_path / "atlas.db")
+def test_lock_step_gives_the_atlas_of_the_plain_server(staged: Staged, tmp_path: Path) -> None:
+    pair = staged(Pair, store=tmp_path / "atlas.db")
     pair.rest.open_actions()
     pair.explore(GOALS)
     plain, base = AtlasServer(), walker()
@@ -217,9 +167,9 @@ def test_lock_step_gives_the_atlas_of_the_plain_server(start: Start, tmp_path: P
     assert graph.nodes[first.from_node].edges[first.from_branch] == first.id
 
 
-def test_a_cycle_is_answered_only_when_its_goal_is_taken(start: Start) -> None:
+def test_a_cycle_is_answered_only_when_its_goal_is_taken(staged: Staged) -> None:
     """In lock-step the base waits for the answer: the goal then reaches gvg before the next cycle."""
-    pair = start()
+    pair = staged(Pair)
     pair.rest.say(0, None)
     with pytest.raises(AssertionError, match="nothing came"):
         pair.spin_until(lambda: len(pair.rest.statuses) > 0, timeout_s=1.5)
@@ -229,9 +179,9 @@ def test_a_cycle_is_answered_only_when_its_goal_is_taken(start: Start) -> None:
     assert stamp_from_msg(pair.rest.statuses[0].header.stamp) == 0
 
 
-def test_the_chain_of_frames_leads_to_the_drawn_nodes(start: Start) -> None:
+def test_the_chain_of_frames_leads_to_the_drawn_nodes(staged: Staged) -> None:
     """At a departure the edge's frame starts at the node left; at the arrival its terminal is the node come to."""
-    pair = start()
+    pair = staged(Pair)
     pair.rest.open_actions()
     pair.cycle(0, None)
     base = walker()
@@ -255,8 +205,8 @@ def test_the_chain_of_frames_leads_to_the_drawn_nodes(start: Start) -> None:
             assert min(math.dist(edge_in_map.apply(on_x, 0.0), node) for node in drawn) < 0.15
 
 
-def test_exploration_is_an_action_when_the_mission_is_none(start: Start) -> None:
-    pair = start(mission="none")
+def test_exploration_is_an_action_when_the_mission_is_none(staged: Staged) -> None:
+    pair = staged(Pair, mission="none")
     pair.rest.open_actions()
     pair.cycle(0, None)
     assert not pair.rest.goals
@@ -265,8 +215,8 @@ def test_exploration_is_an_action_when_the_mission_is_none(start: Start) -> None
     assert [goal.kind for goal in pair.rest.goals] == [GoalKind.ACCESS]
 
 
-def test_a_second_client_takes_the_place_of_the_first_and_may_stop_the_exploration(start: Start) -> None:
-    pair = start(mission="none")
+def test_a_second_client_takes_the_place_of_the_first_and_may_stop_the_exploration(staged: Staged) -> None:
+    pair = staged(Pair, mission="none")
     pair.rest.open_actions()
     first = pair.ask_to_explore()
     second = pair.ask_to_explore()
@@ -275,8 +225,7 @@ def test_a_second_client_takes_the_place_of_the_first_and_may_stop_the_explorati
     assert "took its place" in answer.result.message
     pair.cycle(0, None)
     assert [goal.kind for goal in pair.rest.goals] == [GoalKind.ACCESS]
-    cancelled = second.cancel_goal_async()
-    pair.spin_until(cancelled.done)
+    pair.wait(second.cancel_goal_async())
     for step in walker().follow(pair.rest.goals[-1]):
         pair.cycle(step.stamp_ns, step)
     assert pair.result_of(second).status == GoalStatus.STATUS_CANCELED
@@ -284,8 +233,8 @@ def test_a_second_client_takes_the_place_of_the_first_and_may_stop_the_explorati
     assert pair.rest.statuses[-1].state == "mapping"
 
 
-def test_a_refused_goal_does_not_end_the_mission(start: Start) -> None:
-    pair = start()
+def test_a_refused_goal_does_not_end_the_mission(staged: Staged) -> None:
+    pair = staged(Pair)
     pair.rest.refuse = 2
     pair.rest.open_actions()
     for stamp_ns in range(3):
@@ -293,8 +242,8 @@ def test_a_refused_goal_does_not_end_the_mission(start: Start) -> None:
     assert [goal.kind for goal in pair.rest.goals] == [GoalKind.ACCESS]
 
 
-def test_what_is_out_of_reach_is_told_at_the_end(start: Start) -> None:
-    pair = start(mission="none")
+def test_what_is_out_of_reach_is_told_at_the_end(staged: Staged) -> None:
+    pair = staged(Pair, mission="none")
     pair.rest.open_actions()
     graph = pair.atlas._server.state.graph
     node = graph.add_node(NodeKind.BOUNDARY_POINT, 1.0, [0.0])
@@ -310,22 +259,22 @@ def test_what_is_out_of_reach_is_told_at_the_end(start: Start) -> None:
     assert status.detail == "1 nodes, 0 edges, 1 unexplored and out of reach"
 
 
-def test_services_save_load_and_refuse(start: Start, tmp_path: Path) -> None:
-    pair = start()
+def test_services_save_load_and_refuse(staged: Staged, tmp_path: Path) -> None:
+    pair = staged(Pair)
     pair.rest.open_actions()
     pair.explore(3)
-    saved = pair.call(AtlasFile, "atlas/save", AtlasFile.Request(path=str(tmp_path / "copy.db")))
+    saved = pair.call(pair.rest, AtlasFile, "atlas/save", AtlasFile.Request(path=str(tmp_path / "copy.db")))
     assert saved.success
     assert (tmp_path / "copy.db").stat().st_size > 10_000
     (tmp_path / "junk.db").write_bytes(b"no atlas" * 500)
-    refused = pair.call(AtlasFile, "atlas/load", AtlasFile.Request(path=str(tmp_path / "junk.db")))
+    refused = pair.call(pair.rest, AtlasFile, "atlas/load", AtlasFile.Request(path=str(tmp_path / "junk.db")))
     assert not refused.success
     assert "junk.db" in refused.message
-    absent = pair.call(AtlasFile, "atlas/load", AtlasFile.Request(path=str(tmp_path / "absent.db")))
+    absent = pair.call(pair.rest, AtlasFile, "atlas/load", AtlasFile.Request(path=str(tmp_path / "absent.db")))
     assert not absent.success
     assert "no such file" in absent.message
     assert not (tmp_path / "absent.db").exists()
     assert pair.atlas._server.state.graph.nodes
-    loaded = pair.call(AtlasFile, "atlas/load", AtlasFile.Request(path=str(tmp_path / "copy.db")))
+    loaded = pair.call(pair.rest, AtlasFile, "atlas/load", AtlasFile.Request(path=str(tmp_path / "copy.db")))
     assert loaded.success
-    assert not pair.call(IdentifyNode, "atlas/identify", IdentifyNode.Request(node=99)).success
+    assert not pair.call(pair.rest, IdentifyNode, "atlas/identify", IdentifyNode.Request(node=99)).success

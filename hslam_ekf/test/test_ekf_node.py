@@ -1,19 +1,16 @@
 """The node against the plain loop: bit for bit, in whatever order DDS delivers; what it shows; free running."""
 
 import random
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
-import rclpy
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from hslam_msgs.msg import EdgeMap, FrameLink, GvgEvent, LandmarkObservations, NodeStatus
 from nav_msgs.msg import Odometry
-from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
-from rclpy.signals import SignalHandlerOptions
+from ros_stage import Stage, Staged
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
@@ -80,21 +77,12 @@ class Rest(Node):
             word()
 
 
-class Pair:
-    """The node and the rest of the suite on one executor (nodes moved between executors lose wake-ups)."""
+class Pair(Stage):
+    """The node and the rest of the suite."""
 
-    def __init__(self) -> None:
-        self.ekf, self.rest = EkfNode(), Rest()
-        self._executor = EventsExecutor()
-        self._executor.add_node(self.ekf)
-        self._executor.add_node(self.rest)
-
-    def spin_until(self, predicate: Callable[[], bool], timeout_s: float = 20.0) -> None:
-        """Run callbacks until something holds; fails after ``timeout_s`` of wall time."""
-        deadline = time.monotonic() + timeout_s
-        while not predicate():
-            assert time.monotonic() < deadline, "nothing came in time"
-            self._executor.spin_once(timeout_sec=0.05)
+    def __init__(self, **parameters: object) -> None:
+        super().__init__(**parameters)
+        self.ekf, self.rest = self.add(EkfNode()), self.add(Rest())
 
     def lock_step(self, steps: list[DriveStep], shuffle: random.Random | None = None) -> None:
         """Say each cycle and wait until the node has answered it."""
@@ -103,40 +91,14 @@ class Pair:
             self.rest.say(step, shuffle)
             self.spin_until(lambda answered=answered: len(self.rest.statuses) > answered)  # type: ignore[misc]
 
-    def close(self) -> None:
-        """End the executor, then the nodes."""
-        self._executor.shutdown()
-        self.ekf.destroy_node()
-        self.rest.destroy_node()
-
-
-Start = Callable[..., Pair]
-
-
-@pytest.fixture
-def start() -> Iterator[Start]:
-    """Give a function that starts the node with parameters and the rest; everything is shut down afterwards."""
-    pairs: list[Pair] = []
-
-    def make(**parameters: object) -> Pair:
-        arguments = [word for name, value in parameters.items() for word in ("-p", f"{name}:={value}")]
-        rclpy.init(args=["--ros-args", *arguments], signal_handler_options=SignalHandlerOptions.NO)
-        pairs.append(Pair())
-        return pairs[-1]
-
-    yield make
-    for pair in pairs:
-        pair.close()
-    rclpy.try_shutdown()
-
 
 def at(msg: Any) -> int:
     """Return the stamp (ns) of a message with a header."""
     return stamp_from_msg(msg.header.stamp)
 
 
-def test_lock_step_gives_the_bits_of_the_plain_loop(start: Start) -> None:
-    pair = start()
+def test_lock_step_gives_the_bits_of_the_plain_loop(staged: Staged) -> None:
+    pair = staged(Pair)
     rest = pair.rest
     steps = short_drive()
     last = steps[-1].odom.stamp_ns
@@ -158,8 +120,8 @@ def test_lock_step_gives_the_bits_of_the_plain_loop(start: Start) -> None:
     assert all(msg.pose.pose.position.x == poses[at(msg)].x for msg in rest.poses)  # type: ignore[union-attr]
 
 
-def test_it_shows_transform_and_map(start: Start) -> None:
-    pair = start(map_every_s=0.0)
+def test_it_shows_transform_and_map(staged: Staged) -> None:
+    pair = staged(Pair, map_every_s=0.0)
     rest = pair.rest
     steps = short_drive()[:40]
     pair.lock_step(steps)
@@ -181,8 +143,8 @@ def test_it_shows_transform_and_map(start: Start) -> None:
     assert len(ellipses.points) == 16 * len(landmarks.points)
 
 
-def test_running_freely_a_missing_status_holds_nothing_up(start: Start) -> None:
-    pair = start(lockstep="false")
+def test_running_freely_a_missing_status_holds_nothing_up(staged: Staged) -> None:
+    pair = staged(Pair, lockstep="false")
     rest = pair.rest
     pair.spin_until(lambda: pair.ekf.count_publishers("odom") > 0 and rest.count_subscribers("odom") > 0)
     for i, step in enumerate(short_drive()[:20]):
@@ -192,13 +154,12 @@ def test_running_freely_a_missing_status_holds_nothing_up(start: Start) -> None:
     assert {status.state for status in rest.statuses} == {"waiting"}
 
 
-def test_reset_forgets_the_traversal(start: Start) -> None:
-    pair = start()
+def test_reset_forgets_the_traversal(staged: Staged) -> None:
+    pair = staged(Pair)
     rest = pair.rest
     steps = short_drive()[:4]
     pair.lock_step(steps[:3])
     assert rest.statuses[-1].state == "mapping"
-    future = rest.create_client(Trigger, "ekf/reset").call_async(Trigger.Request())
-    pair.spin_until(future.done)
+    assert pair.call(rest, Trigger, "ekf/reset", Trigger.Request()).success
     pair.lock_step(steps[3:])
     assert rest.statuses[-1].state == "waiting"

@@ -1,22 +1,17 @@
 """The node: one goal at a time, each answered with its own end, however late or often it is sent."""
 
-import time
-from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
-import rclpy
 from geometry_msgs.msg import Point
 from hslam_msgs.action import AccessGvg, DriveStraight, TraceEdge
 from hslam_msgs.msg import GvgEvent, NodeStatus, SonarRing
 from nav_msgs.msg import Odometry
 from rclpy.action import ActionClient
-from rclpy.executors import Executor
-from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
-from rclpy.signals import SignalHandlerOptions
+from ros_stage import Stage, Staged
 from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import Trigger
 
@@ -50,23 +45,14 @@ class Rest(Node):
         self.reset: Any = self.create_client(Trigger, "gvg/reset")
 
 
-class Pair:
-    """The node and the rest on one executor."""
+class Pair(Stage):
+    """The node and the rest."""
 
-    def __init__(self) -> None:
-        self.gvg, self.rest, self.stamp_ns = GvgNode(), Rest(), 0
-        self._executor: Executor = EventsExecutor()
-        self._executor.add_node(self.gvg)
-        self._executor.add_node(self.rest)
+    def __init__(self, **parameters: object) -> None:
+        super().__init__(**parameters)
+        self.gvg, self.rest, self.stamp_ns = self.add(GvgNode()), self.add(Rest()), 0
         for client in (self.rest.access, self.rest.trace, self.rest.straight):
             self.spin_until(client.server_is_ready)
-
-    def spin_until(self, predicate: Callable[[], bool], timeout_s: float = 20.0) -> None:
-        """Run callbacks until something holds; fails after ``timeout_s`` of wall time."""
-        deadline = time.monotonic() + timeout_s
-        while not predicate():
-            assert time.monotonic() < deadline, "nothing came in time"
-            self._executor.spin_once(timeout_sec=0.05)
 
     def cycle(self) -> None:
         """Say one cycle and wait for its answer."""
@@ -80,11 +66,6 @@ class Pair:
         """Send a goal and return its handle."""
         return self.wait(client.send_goal_async(goal))
 
-    def wait(self, future: Any) -> Any:
-        """Return what a future brings."""
-        self.spin_until(future.done)
-        return future.result()
-
     def result(self, handle: Any) -> Any:
         """Return how a goal ended."""
         return self.wait(handle.get_result_async()).result
@@ -93,20 +74,10 @@ class Pair:
         """Put the robot at a meet point, facing its first branch."""
         self.gvg._server._now.node = NodeView(NodeKind.MEET_POINT, 0.0, 0.0, 1.0, (0.0, 2.0, -2.0))
 
-    def close(self) -> None:
-        """End the executor, then the nodes."""
-        self._executor.shutdown()
-        self.gvg.destroy_node()
-        self.rest.destroy_node()
-
 
 @pytest.fixture
-def pair() -> Iterator[Pair]:
-    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
-    made = Pair()
-    yield made
-    made.close()
-    rclpy.try_shutdown()
+def pair(staged: Staged) -> Pair:
+    return staged(Pair)
 
 
 def test_a_reset_aborts_the_goal_and_counts_events_on(pair: Pair) -> None:

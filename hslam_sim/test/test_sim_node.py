@@ -1,21 +1,16 @@
 """The simulator's node: lock-step changes no bit, names who is missing, and ends as it should."""
 
-import functools
 import math
 import signal
 import subprocess
 import sys
-import time
-from collections.abc import Callable, Iterator
 
 import pytest
-import rclpy
 from geometry_msgs.msg import TwistStamped
 from hslam_msgs.msg import LandmarkObservations, NodeStatus, SonarRing
 from nav_msgs.msg import Odometry
-from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
-from rclpy.signals import SignalHandlerOptions
+from ros_stage import Stage, Staged
 from std_srvs.srv import Trigger
 
 from hslam_ros import conversions
@@ -66,44 +61,11 @@ class Suite(Node):
             topic.publish(NodeStatus(header=msg.header, finished=stamp_ns >= self._finish_ns))
 
 
-Start = Callable[..., SimNode]
-
-
-@pytest.fixture
-def start() -> Iterator[Start]:
-    """Give a function that starts the node with parameters; everything is shut down afterwards."""
-    nodes: list[SimNode] = []
-
-    def make(**parameters: object) -> SimNode:
-        arguments = [word for name, value in parameters.items() for word in ("-p", f"{name}:={value}")]
-        rclpy.init(args=["--ros-args", *arguments], signal_handler_options=SignalHandlerOptions.NO)
-        nodes.append(SimNode())
-        return nodes[-1]
-
-    yield make
-    for node in nodes:
-        node.destroy_node()
-    rclpy.try_shutdown()
-
-
-def spin_until(nodes: list[Node], predicate: Callable[[], bool], timeout_s: float = 20.0) -> None:
-    """Run the nodes' callbacks until something holds; fails after ``timeout_s`` of wall time."""
-    executor = EventsExecutor()
-    for node in nodes:
-        executor.add_node(node)
-    deadline = time.monotonic() + timeout_s
-    while not predicate():
-        assert time.monotonic() < deadline, "nothing came in time"
-        executor.spin_once(timeout_sec=0.05)
-    for node in nodes:
-        executor.remove_node(node)
-
-
-def test_lock_step_gives_the_bits_of_the_simulation_in_process(start: Start) -> None:
+def test_lock_step_gives_the_bits_of_the_simulation_in_process(staged: Staged) -> None:
     """Steps through the middleware are those of a plain loop; the mission's end ends the node one step later."""
-    sim = start(world="small_world", seed=3, landmark_seed=2)
-    suite = Suite(finish_ns=59 * 120_000_000)
-    spin_until([sim, suite], sim.over)
+    stage = staged(Stage, world="small_world", seed=3, landmark_seed=2)
+    sim, suite = stage.add(SimNode()), stage.add(Suite(finish_ns=59 * 120_000_000))
+    stage.spin_until(sim.over)
     plain = Simulation(load_world("small_world", landmark_seed=2), seed=3)
     steps, answer = [], None
     for _ in range(60):
@@ -113,30 +75,24 @@ def test_lock_step_gives_the_bits_of_the_simulation_in_process(start: Start) -> 
     assert suite.odom == pair
     assert suite.sonar == [step.sonar for step in steps]
     assert suite.landmarks == [step.landmarks for step in steps if step.landmarks is not None]
-    suite.destroy_node()
 
 
-def test_a_silent_node_is_named_and_ends_the_run(start: Start) -> None:
+def test_a_silent_node_is_named_and_ends_the_run(staged: Staged) -> None:
     """When ekf is silent, and so atlas, which waits for it, the error says so, and says nothing of gvg."""
-    sim = start(world="small_world", warn_after_s=0.1, fail_after_s=0.2, start_within_s=0.5)
-    suite = Suite(answering=("gvg",))
+    stage = staged(Stage, world="small_world", warn_after_s=0.1, fail_after_s=0.2, start_within_s=0.5)
+    sim, suite = stage.add(SimNode()), stage.add(Suite(answering=("gvg",)))
     with pytest.raises(LockStepError, match=r"no answer from atlas, ekf$"):
-        spin_until([sim, suite], sim.over)
+        stage.spin_until(sim.over)
     assert len(suite.odom) == 2, "others may trail by one step"
-    suite.destroy_node()
 
 
-def test_running_freely_waits_for_nobody_and_finish_ends_it(start: Start) -> None:
+def test_running_freely_waits_for_nobody_and_finish_ends_it(staged: Staged) -> None:
     """Steps come by the clock without any answer, until the service is called."""
-    sim = start(world="small_world", lockstep="false", real_time_factor=20.0)
-    suite = Suite(answering=())
-    spin_until([sim, suite], lambda: len(suite.odom) >= 20)
-    client = suite.create_client(Trigger, "sim/finish")
-    future = client.call_async(Trigger.Request())
-    spin_until([sim, suite], future.done)
-    assert future.result().success
+    stage = staged(Stage, world="small_world", lockstep="false", real_time_factor=20.0)
+    sim, suite = stage.add(SimNode()), stage.add(Suite(answering=()))
+    stage.spin_until(lambda: len(suite.odom) >= 20)
+    assert stage.call(suite, Trigger, "sim/finish", Trigger.Request()).success
     assert sim.over()
-    suite.destroy_node()
 
 
 @pytest.mark.parametrize(
@@ -158,19 +114,17 @@ def test_bad_input_is_told_in_one_line(arguments: list[str], message: str) -> No
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_ends_the_executable_well(number: signal.Signals) -> None:
+def test_a_signal_ends_the_executable_well(staged: Staged, number: signal.Signals) -> None:
     """Interrupted while it waits for the others, it exits with 0."""
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-    listener = Node("listener")
+    stage = staged(Stage)
+    listener = stage.add(Node("listener"))
     heard: list[Odometry] = []
     listener.create_subscription(Odometry, "odom", heard.append, CYCLE)
     process = subprocess.Popen([sys.executable, "-c", RUN], stderr=subprocess.PIPE)
     try:
-        spin_until([listener], functools.partial(bool, heard))
+        stage.spin_until(lambda: len(heard) > 0)
         process.send_signal(number)
         assert process.wait(10) == 0
     finally:
         process.kill()
         process.communicate()
-        listener.destroy_node()
-        rclpy.try_shutdown()

@@ -4,20 +4,19 @@ import itertools
 import signal
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
-import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import TwistStamped
 from hslam_msgs.msg import LandmarkObservations, NodeStatus, SonarRing
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from nav_msgs.msg import Odometry
-from rclpy.executors import SingleThreadedExecutor
-from rclpy.signals import SignalHandlerOptions
+from rclpy.node import Node
+from ros_stage import Stage, Staged
 
 from hslam_ros.conversions import velocity_to_msg
 from hslam_ros.qos import CYCLE, SENSOR
@@ -34,17 +33,14 @@ TOPICS: dict[str, Any] = {
 }
 
 
-class Scene:
+class Scene(Stage):
     """Processes under test and a node that listens and commands."""
 
     def __init__(self, folder: Path) -> None:
+        super().__init__()
         self.line = str(folder / "line")
         self.heard: dict[str, list[Any]] = {name: [] for name in TOPICS}
-        self._context = rclpy.Context()
-        rclpy.init(context=self._context, signal_handler_options=SignalHandlerOptions.NO)
-        self._node = rclpy.create_node("onlooker", context=self._context)
-        self._executor = SingleThreadedExecutor(context=self._context)
-        self._executor.add_node(self._node)
+        self._node = self.add(Node("onlooker"))
         for name, kind in TOPICS.items():
             self._node.create_subscription(kind, name, self.heard[name].append, CYCLE if name == "odom" else SENSOR)
         self._commands = self._node.create_publisher(TwistStamped, "cmd_vel", CYCLE)
@@ -67,11 +63,8 @@ class Scene:
 
     def change_state(self, transition: int) -> bool:
         """Ask the driver's node for a transition; tell whether it was made."""
-        client = self._node.create_client(ChangeState, "scout/change_state")
-        self.spin_until(client.service_is_ready)
-        future = client.call_async(ChangeState.Request(transition=Transition(id=transition)))
-        self.spin_until(future.done)
-        return bool(future.result().success)
+        request = ChangeState.Request(transition=Transition(id=transition))
+        return bool(self.call(self._node, ChangeState, "scout/change_state", request).success)
 
     def answer_like(self, *nodes: str, forward: float) -> None:
         """Answer every odometry as the suite's nodes do."""
@@ -84,14 +77,14 @@ class Scene:
 
         self._node.create_subscription(Odometry, "odom", answer, CYCLE)
 
-    def spin_until(self, done: Callable[[], bool], each: Callable[[], None] = lambda: None) -> None:
-        """Spin until ``done``; fails the test when that takes too long."""
-        clock = self._node.get_clock()
-        end_ns = clock.now().nanoseconds + PATIENCE_S * 1e9
-        while not done():
-            each()
-            self._executor.spin_once(timeout_sec=0.05)
-            assert clock.now().nanoseconds < end_ns, "waited in vain"
+    def command_until(self, forward: float, done: Callable[[], bool]) -> None:
+        """Command a velocity again and again until something holds."""
+
+        def commanded() -> bool:
+            self.command(forward)
+            return done()
+
+        self.spin_until(commanded)
 
     def close(self) -> None:
         """Stop what still runs."""
@@ -99,17 +92,12 @@ class Scene:
             if process.poll() is None:
                 process.kill()
                 process.wait()
-        self._executor.shutdown()
-        self._node.destroy_node()
-        self._context.try_shutdown()
+        super().close()
 
 
 @pytest.fixture
-def scene(tmp_path: Path) -> Iterator[Scene]:
-    """A scene that is cleaned up."""
-    made = Scene(tmp_path)
-    yield made
-    made.close()
+def scene(staged: Staged, tmp_path: Path) -> Scene:
+    return staged(Scene, folder=tmp_path)
 
 
 def _true_speed(scene: Scene) -> float:
@@ -128,9 +116,9 @@ def test_drives_over_a_pseudo_terminal_and_survives_the_loss_of_either_side(scen
     emulator = scene.start("scout_emulator", port=scene.line)
     driver = scene.start("scout_node", port=scene.line, board_stamps=True, reconnect_s=0.1)
     heard = scene.heard
-    scene.spin_until(
+    scene.command_until(
+        0.2,
         lambda: bool(heard["odom"]) and heard["odom"][-1].pose.pose.position.x > 0.2 and len(heard["landmarks"]) > 1,
-        lambda: scene.command(0.2),
     )
     odom = {stamp_from_msg(msg.header.stamp) for msg in heard["odom"]}
     assert {stamp_from_msg(msg.header.stamp) for msg in heard["sonar"][2:-2]} <= odom
@@ -160,13 +148,13 @@ def test_deactivating_stops_the_base_and_activating_waits_for_a_new_command(scen
     scene.start("scout_emulator", port=scene.line)
     scene.start("scout_node", port=scene.line, board_stamps=True, reconnect_s=0.1)
     odom = scene.heard["odom"]
-    scene.spin_until(lambda: bool(odom) and odom[-1].twist.twist.linear.x > 0.15, lambda: scene.command(0.2))
+    scene.command_until(0.2, lambda: bool(odom) and odom[-1].twist.twist.linear.x > 0.15)
     assert scene.change_state(Transition.TRANSITION_DEACTIVATE)
     odom.clear()
     assert scene.change_state(Transition.TRANSITION_ACTIVATE)
     scene.spin_until(lambda: len(odom) > 10)
     assert {msg.twist.twist.linear.x for msg in odom} == {0.0}
-    scene.spin_until(lambda: odom[-1].twist.twist.linear.x > 0.15, lambda: scene.command(0.2))
+    scene.command_until(0.2, lambda: odom[-1].twist.twist.linear.x > 0.15)
 
 
 def test_lockstep_steps_once_an_answer_and_ends_when_one_stays_out(scene: Scene) -> None:
