@@ -1,17 +1,12 @@
 """ROS parameters from configuration dataclasses: declared in one loop, with meaning, unit and range."""
 
 import math
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
-from rclpy.exceptions import (
-    InvalidParameterTypeException,
-    InvalidParameterValueException,
-    ParameterUninitializedException,
-)
 from rclpy.node import Node
 
-from hslam_types.config import Configuration, Parameter
+from hslam_types.config import Configuration, Parameter, check
 from hslam_types.errors import ConfigurationError
 
 C = TypeVar("C", bound=Configuration)
@@ -23,18 +18,33 @@ def declare(node: Node, config_type: type[C], prefix: str = "") -> C:
     ``prefix`` (such as "sonar.") groups the parameters of one component. Raises ConfigurationError on a
     value of the wrong type or out of range. The parameters are read-only: a component is configured once.
     """
-    values = {}
+    given, values = _given(node), {}
     for entry in config_type.parameters():
         name = prefix + entry.name
-        try:
-            values[entry.name] = node.declare_parameter(name, entry.default, _descriptor(entry)).value
-        except (
-            InvalidParameterTypeException,
-            InvalidParameterValueException,
-            ParameterUninitializedException,
-        ) as error:
-            raise ConfigurationError(f"parameter '{name}': {error} ({entry.meaning})") from error
+        value = given.get(name, entry.default)
+        check(entry._replace(name=name), value)
+        if isinstance(entry.default, float):
+            value = float(value)  # ROS would refuse a whole number, and ask for 9.0
+        node.declare_parameter(name, value, _descriptor(entry), ignore_override=True)
+        values[entry.name] = value
     return config_type(**values)
+
+
+def refuse_unknown(node: Node) -> None:
+    """Raise ConfigurationError where the node was given a parameter that it has not declared: a slip of the pen.
+
+    ROS leaves such a parameter out without a word.
+    """
+    known = node.get_parameters_by_prefix("")
+    for name in _given(node):
+        if name not in known:
+            raise ConfigurationError(f"unknown parameter '{name}'; known are: {', '.join(sorted(known))}")
+
+
+def _given(node: Node) -> dict[str, Any]:
+    """Return the values by name that the command line, files or whoever made the node set."""
+    # rclpy (7.1) offers them only through declare_parameter, which knows less than we do of types.
+    return {name: override.value for name, override in node._parameter_overrides.items()}  # noqa: SLF001
 
 
 def _descriptor(entry: Parameter) -> ParameterDescriptor:

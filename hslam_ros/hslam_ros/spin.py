@@ -12,6 +12,7 @@ from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
+from hslam_ros.parameters import refuse_unknown
 from hslam_types.errors import HslamError
 
 _POLL_S = 0.2
@@ -38,6 +39,8 @@ class _Stop:
 def run(make_node: Callable[[], Node], done: Callable[[Node], bool] = lambda _: False) -> None:
     """Run one node until ``done``, Ctrl-C or SIGTERM, then destroy it; exits 1 with one line on a HslamError.
 
+    A parameter that the node does not know is such an error.
+
     The node's ``close()``, where it has one, is called before it is destroyed (to close files, to stop motors).
     """
     stop = _Stop()
@@ -46,6 +49,7 @@ def run(make_node: Callable[[], Node], done: Callable[[Node], bool] = lambda _: 
     code = 0
     try:
         node = make_node()
+        refuse_unknown(node)
         executor = EventsExecutor()
         executor.add_node(node)
         gc.freeze()  # what lives as long as the node is not searched for garbage again and again

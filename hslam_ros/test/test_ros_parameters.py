@@ -9,7 +9,7 @@ import rclpy
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from hslam_ros.parameters import declare
+from hslam_ros.parameters import declare, refuse_unknown
 from hslam_types.config import Configuration, parameter
 from hslam_types.errors import ConfigurationError
 
@@ -53,3 +53,19 @@ def test_a_bad_value_is_refused_with_its_name(context: rclpy.Context, bad: dict[
     node = started_with(context, **bad)
     with pytest.raises(ConfigurationError, match=f"gates.{next(iter(bad))}"):
         declare(node, Gates, "gates.")
+
+
+def test_a_whole_number_does_for_a_real_one(context: rclpy.Context) -> None:
+    node = started_with(context, accept=4)
+    assert declare(node, Gates, "gates.") == Gates(4.0)
+    assert node.get_parameter("gates.accept").value == 4.0
+
+
+def test_a_parameter_nobody_declared_is_refused_with_those_known(context: rclpy.Context) -> None:
+    node = started_with(context, looks=5, look=7)
+    declare(node, Gates, "gates.")
+    with pytest.raises(
+        ConfigurationError, match=r"unknown parameter 'gates\.look'; known are: gates\.accept, gates\.looks"
+    ):
+        refuse_unknown(node)
+    refuse_unknown(Node("nothing_given", context=context))

@@ -101,6 +101,7 @@ def test_running_freely_waits_for_nobody_and_finish_ends_it(staged: Staged) -> N
         (["-p", "world:=nowhere"], "nowhere"),
         (["-p", "sonar.noise_fraction:=7.0"], "sonar.noise_fraction"),
         (["-p", "base.body_radius_m:=wide"], "base.body_radius_m"),
+        (["-p", "sonar.noise:=0.1"], "unknown parameter 'sonar.noise'"),
     ],
 )
 def test_bad_input_is_told_in_one_line(arguments: list[str], message: str) -> None:
