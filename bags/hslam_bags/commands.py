@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from hslam_bags.info import info
+from hslam_bags.record_configuration import RecordConfiguration
 from hslam_bags.repair import repair
 from hslam_bags.replay_configuration import ReplayConfiguration
 
@@ -14,14 +15,19 @@ __all__ = ["info", "parameter_arguments", "record", "repair", "replay"]
 Setting = bool | int | float | str
 
 
-def record(path: Path, topics: Sequence[str] = (), settings: Mapping[str, Setting] | None = None) -> None:
+def record(
+    path: Path,
+    topics: Sequence[str] = (),
+    exclude: Sequence[str] = (),
+    settings: Mapping[str, Setting] | None = None,
+) -> None:
     """Record to a new bag at ``path`` until Ctrl-C; ends the process with the node's exit status.
 
-    ``settings`` are parameters of `record_node` by name.
+    ``exclude`` is left out besides what always is; ``settings`` are parameters of `record_node` by name.
     """
     from hslam_bags.record_node import main  # noqa: PLC0415  (ROS takes half a second to import)
 
-    _run(main, {"path": str(path), "topics": ",".join(topics)} | dict(settings or {}))
+    _run(main, _choice(path, topics, (RecordConfiguration().exclude, *exclude)) | dict(settings or {}))
 
 
 def replay(
@@ -37,8 +43,7 @@ def replay(
     """
     from hslam_bags.replay_node import main  # noqa: PLC0415  (as above)
 
-    left_out = ",".join((ReplayConfiguration().exclude, *exclude))
-    _run(main, {"path": str(path), "topics": ",".join(topics), "exclude": left_out} | dict(settings or {}))
+    _run(main, _choice(path, topics, (ReplayConfiguration().exclude, *exclude)) | dict(settings or {}))
 
 
 def parameter_arguments(settings: Mapping[str, Setting]) -> list[str]:
@@ -47,6 +52,10 @@ def parameter_arguments(settings: Mapping[str, Setting]) -> list[str]:
     for name, value in settings.items():
         arguments += ["-p", f"{name}:={json.dumps(value)}"]
     return arguments
+
+
+def _choice(path: Path, topics: Sequence[str], exclude: Sequence[str]) -> dict[str, Setting]:
+    return {"path": str(path), "topics": ",".join(topics), "exclude": ",".join(exclude)}
 
 
 def _run(main: Callable[[], None], settings: Mapping[str, Setting]) -> None:

@@ -109,11 +109,20 @@ def record(
     path: Annotated[Path, typer.Argument(help="folder of the bag, new or empty")],
     *,
     topics: Topics = None,
+    exclude: Annotated[
+        list[str] | None,
+        typer.Option(help="leave out topics of this name or pattern, besides /parameter_events; repeatable"),
+    ] = None,
+    split_mb: Annotated[int | None, typer.Option(help="begin a new file at this size; 0: never [256]", min=0)] = None,
+    split_s: Annotated[
+        float | None, typer.Option(help="begin a new file after so many seconds; 0: never [0]", min=0.0)
+    ] = None,
 ) -> None:
     """Record topics of the running system to a rosbag2 directory (MCAP) until Ctrl-C."""
     from hslam_bags.commands import record as run
 
-    run(path, topics or ())
+    given = {"split_mb": split_mb, "split_s": split_s}
+    run(path, topics or (), exclude or (), {name: value for name, value in given.items() if value is not None})
 
 
 @app.command()
