@@ -1,7 +1,7 @@
 """Pytest plugin: nodes of the test's own process on one executor, run until something holds."""
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, Protocol, TypeVar
 
 import pytest
@@ -14,15 +14,20 @@ from rclpy.signals import SignalHandlerOptions
 N = TypeVar("N", bound=Node)
 
 
+def ros_arguments(parameters: Mapping[str, object]) -> list[str]:
+    """Return the command line that gives a node these parameters; texts are taken for YAML."""
+    arguments = ["--ros-args"]
+    for name, value in parameters.items():
+        arguments += ["-p", f"{name}:={str(value).lower() if isinstance(value, bool) else value}"]
+    return arguments
+
+
 class Stage:
     """Nodes on one executor (nodes moved between executors lose wake-ups) in the default context."""
 
     def __init__(self, **parameters: object) -> None:
         """Open the context, with parameters for every node that is made in it."""
-        arguments = ["--ros-args"]
-        for name, value in parameters.items():
-            arguments += ["-p", f"{name}:={str(value).lower() if isinstance(value, bool) else value}"]
-        rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+        rclpy.init(args=ros_arguments(parameters), signal_handler_options=SignalHandlerOptions.NO)
         self._nodes: list[Node] = []
         self._executor: Executor = EventsExecutor()
         self._closed = False
@@ -33,7 +38,7 @@ class Stage:
         self._executor.add_node(node)
         return node
 
-    def spin_until(self, predicate: Callable[[], bool], timeout_s: float = 30.0) -> None:
+    def spin_until(self, predicate: Callable[[], bool], timeout_s: float = 20.0) -> None:
         """Run callbacks until something holds; fails after ``timeout_s`` of wall time."""
         deadline = time.monotonic() + timeout_s
         while not predicate():
@@ -87,3 +92,4 @@ def staged() -> Iterator[Staged]:
     yield open_stage
     for stage in stages:
         stage.close()
+    rclpy.try_shutdown()  # one that failed to open has left its context

@@ -45,7 +45,6 @@ class Bag:
         self._tolerant = tolerant
         self._scratch: tempfile.TemporaryDirectory[str] | None = None
         self._files: dict[str, Storage] = {}
-        self._packed = False
         if not path.exists():
             raise BagError(path, "", "does not exist")
         listed = self._listed() if path.is_dir() else _Listed([path], "", {})

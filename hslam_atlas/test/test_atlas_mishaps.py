@@ -9,7 +9,7 @@ from edge_walker import EdgeWalker, WalkNoise
 from test_atlas_exploration import Explored
 
 from hslam_atlas.server import AtlasServer
-from hslam_types.gvg_events import EventKind, GoalKind
+from hslam_types.gvg_events import EventKind, GoalKind, GvgGoal
 
 CALM = WalkNoise(degree_misread=0.0, node_missed=0.0)
 
@@ -73,7 +73,8 @@ def test_a_robot_that_was_lost_is_found_again() -> None:
     assert lost > 0
 
 
-def test_losing_the_way_asks_for_the_gvg_again() -> None:
+def at_a_node() -> tuple[EdgeWalker, AtlasServer, GvgGoal]:
+    """Return a robot that has come to its first node, its atlas, and what that asks for next."""
     walker = EdgeWalker(floor(1), 0, np.random.default_rng(1), CALM)
     server = AtlasServer()
     goal = server.step((), (), ()).goal
@@ -81,6 +82,11 @@ def test_losing_the_way_asks_for_the_gvg_again() -> None:
     for step in walker.follow(goal):
         goal = server.step(step.events, (), ()).goal
     assert goal is not None
+    return walker, server, goal
+
+
+def test_losing_the_way_asks_for_the_gvg_again() -> None:
+    walker, server, goal = at_a_node()
     departure = walker.follow(goal)[0]
     server.step(departure.events, (), departure.links)
     lost = replace(departure.events[0], kind=EventKind.LOST, sequence=99, node=None)
@@ -91,23 +97,18 @@ def test_losing_the_way_asks_for_the_gvg_again() -> None:
 
 
 def test_a_refused_goal_is_followed_by_asking_for_the_gvg_again() -> None:
-    walker = EdgeWalker(floor(1), 0, np.random.default_rng(1), CALM)
-    server = AtlasServer()
-    goal = server.step((), (), ()).goal
-    assert goal is not None
-    for step in walker.follow(goal):
-        goal = server.step(step.events, (), ()).goal
-    assert goal is not None
+    walker, server, goal = at_a_node()
     assert goal.kind is GoalKind.TRACE
     assert server.step((), (), ()).goal is None
     server.refused()
     again = server.step((), (), ()).goal
     assert again is not None
     assert again.kind is GoalKind.ACCESS
+    onwards: GvgGoal | None = None
     for step in walker.follow(again):
-        goal = server.step(step.events, (), ()).goal
-    assert goal is not None
-    assert goal.kind is GoalKind.TRACE
+        onwards = server.step(step.events, (), ()).goal
+    assert onwards is not None
+    assert onwards.kind is GoalKind.TRACE
 
 
 @pytest.mark.parametrize(("reach_m", "length_m"), [(0.5, 0.0), (1.8, 3.6)])

@@ -113,9 +113,9 @@ def record(
         list[str] | None,
         typer.Option(help="leave out topics of this name or pattern, besides /parameter_events; repeatable"),
     ] = None,
-    split_mb: Annotated[int | None, typer.Option(help="begin a new file at this size; 0: never [256]", min=0)] = None,
+    split_mb: Annotated[int | None, typer.Option(help="begin a new file at this size; 0: never", min=0)] = None,
     split_s: Annotated[
-        float | None, typer.Option(help="begin a new file after so many seconds; 0: never [0]", min=0.0)
+        float | None, typer.Option(help="begin a new file after so many seconds; 0: never", min=0.0)
     ] = None,
 ) -> None:
     """Record topics of the running system to a rosbag2 directory (MCAP) until Ctrl-C."""

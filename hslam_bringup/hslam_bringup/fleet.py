@@ -113,7 +113,7 @@ class Fleet:
 def _join_the_run() -> None:
     """Ask Linux to interrupt this process when the runner dies, however that dies, and to let it finish its turns.
 
-    In lock-step every message would wake its reader at once, in place of the node that is at work: 40 switches a step
+    In lock-step every message would wake its reader at once, in place of the node that is at work: 35 switches a step
     and cold caches. A batch process waits its turn, which costs nothing where all wait for each other anyway.
     """
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGINT)

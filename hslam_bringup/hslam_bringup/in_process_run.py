@@ -13,7 +13,6 @@ from std_msgs.msg import Bool
 
 from hslam_atlas.atlas_messages import atlas_to_msg
 from hslam_atlas.config import AtlasConfig
-from hslam_atlas.explore import unexplored
 from hslam_atlas.picture import node_poses
 from hslam_atlas.server import AtlasServer
 from hslam_atlas.store import AtlasStore
@@ -96,7 +95,7 @@ class InProcessRun:
         """Return where the run stands."""
         graph = self.atlas.state.graph
         sim_time_s = self.simulation.stamp_ns / NS_PER_S
-        return Snapshot(sim_time_s, len(graph.nodes), len(graph.edges), unexplored(graph), self.path_length_m)
+        return Snapshot(sim_time_s, len(graph.nodes), len(graph.edges), self.atlas.unexplored, self.path_length_m)
 
 
 def run_in_process(options: RunOptions, show: Callable[[Snapshot], None]) -> RunEnd:

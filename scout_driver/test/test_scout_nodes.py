@@ -16,7 +16,7 @@ from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
-from ros_stage import Stage, Staged
+from ros_stage import Stage, Staged, ros_arguments
 
 from hslam_ros.conversions import velocity_to_msg
 from hslam_ros.qos import CYCLE, SENSOR
@@ -48,12 +48,7 @@ class Scene(Stage):
 
     def start(self, executable: str, **parameters: object) -> subprocess.Popen[bytes]:
         """Start one of the package's executables."""
-        arguments = [
-            f"{name}:={str(value).lower() if isinstance(value, bool) else value}" for name, value in parameters.items()
-        ]
-        command = [sys.executable, "-m", f"scout_driver.{executable}", "--ros-args"]
-        for argument in arguments:
-            command += ["-p", argument]
+        command = [sys.executable, "-m", f"scout_driver.{executable}", *ros_arguments(parameters)]
         self._processes.append(subprocess.Popen(command))
         return self._processes[-1]
 
