@@ -16,7 +16,6 @@ from std_srvs.srv import Trigger
 from hslam_ros import conversions
 from hslam_ros.lock_step import LockStepError
 from hslam_ros.qos import CYCLE
-from hslam_ros.stamps import stamp_from_msg
 from hslam_sim.sim_node import SimNode
 from hslam_sim.simulation import Simulation
 from hslam_sim.worlds import load_world
@@ -43,9 +42,7 @@ class Suite(Node):
         self._cmd_vel = self.create_publisher(TwistStamped, "cmd_vel", CYCLE)
         self._statuses = [self.create_publisher(NodeStatus, f"{name}/status", CYCLE) for name in answering]
         self.create_subscription(Odometry, "odom", self._on_odom, CYCLE)
-        self.create_subscription(
-            SonarRing, "sonar", lambda msg: self.sonar.append(conversions.sonar_from_msg(msg)), CYCLE
-        )
+        self.create_subscription(SonarRing, "sonar", self._on_sonar, CYCLE)
         self.create_subscription(
             LandmarkObservations,
             "landmarks",
@@ -55,10 +52,23 @@ class Suite(Node):
 
     def _on_odom(self, msg: Odometry) -> None:
         self.odom.append(conversions.odometry_from_msg(msg))
-        stamp_ns = stamp_from_msg(msg.header.stamp)
+        self._answer()
+
+    def _on_sonar(self, msg: SonarRing) -> None:
+        self.sonar.append(conversions.sonar_from_msg(msg))
+        self._answer()
+
+    def _answer(self) -> None:
+        """Answer a cycle once its odometry and sonar have come, as gvg does.
+
+        Answered sooner, the next ping may be said before the first listener of sonar is found, and DDS loses the first.
+        """
+        if not (self.odom and self.sonar) or self.odom[-1].stamp_ns != self.sonar[-1].stamp_ns:
+            return
+        stamp_ns = self.odom[-1].stamp_ns
         self._cmd_vel.publish(conversions.velocity_to_msg(command(stamp_ns), stamp_ns))
         for topic in self._statuses:
-            topic.publish(NodeStatus(header=msg.header, finished=stamp_ns >= self._finish_ns))
+            topic.publish(NodeStatus(header=conversions.header(stamp_ns, ""), finished=stamp_ns >= self._finish_ns))
 
 
 def test_lock_step_gives_the_bits_of_the_simulation_in_process(staged: Staged) -> None:
