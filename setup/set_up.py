@@ -69,12 +69,19 @@ def run(command: list[str], environment: dict[str, str], what: str, log: Path | 
         raise SetUpError(message)
 
 
+def forget_build() -> None:
+    """Remove what colcon built: it is half written, or full of paths into a virtual environment that is gone."""
+    for folder in (ROOT / "build", ROOT / "install"):
+        shutil.rmtree(folder, ignore_errors=True)
+
+
 def install(ros: Path | None, lock: Path) -> None:
     """Make the virtual environment hold exactly what the lock file names."""
     stamp = installed_stamp(ROOT, ros, lock)
     if read(INSTALLED) == stamp:
         return
     check(ros)
+    forget_build()
     if VENV.exists():
         # What an interrupted or older installation left cannot be told from what belongs here.
         say("making the virtual environment anew: the one here is unfinished or of another lock file")
@@ -102,8 +109,7 @@ def build(ros: Path | None, lock: Path) -> None:
     check(ros)
     if STARTED.exists() and not BUILT.exists():
         say("building from the start: the last build was interrupted")
-        shutil.rmtree(ROOT / "build")
-        shutil.rmtree(ROOT / "install", ignore_errors=True)
+        forget_build()
     BUILT.unlink(missing_ok=True)
     write(STARTED, stamp)
     say("building the workspace; the first time this takes two or three minutes")

@@ -8,6 +8,7 @@ from pathlib import Path
 import launchers
 import machine
 import pytest
+import set_up
 import stamps
 
 SETUP = Path(machine.__file__).parent
@@ -79,6 +80,30 @@ def test_the_build_is_keyed_on_manifests_and_on_names_of_linked_files(tmp_path: 
     third = stamp()
     lock.write_text("x==2\n")
     assert len({first, second, third, stamp()}) == 4
+
+
+def test_another_python_or_ros_builds_from_the_start(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    lock = tmp_path / "a.lock"
+    lock.write_text("x==1\n")
+    left = [tmp_path / "build" / "CMakeCache.txt", tmp_path / "install" / "setup.sh"]
+    for path in left:
+        path.parent.mkdir()
+        path.write_text("/of/the/python/before\n")
+
+    def no_network(*_: object) -> None:
+        raise machine.SetUpError("no network")
+
+    monkeypatch.setattr(set_up, "ROOT", tmp_path)
+    monkeypatch.setattr(set_up, "VENV", tmp_path / ".venv")
+    monkeypatch.setattr(set_up, "INSTALLED", tmp_path / ".venv" / "installed.stamp")
+    monkeypatch.setattr(set_up, "check", lambda _: None)
+    monkeypatch.setattr(set_up, "run", no_network)
+    stamps.write(set_up.INSTALLED, stamps.installed_stamp(tmp_path, None, lock))
+    set_up.install(None, lock)
+    assert all(path.exists() for path in left), "what is current stays"
+    with pytest.raises(machine.SetUpError):
+        set_up.install(tmp_path / "another_ros", lock)
+    assert not any(path.exists() for path in left)
 
 
 def test_a_stamp_is_read_as_it_was_written(tmp_path: Path) -> None:
