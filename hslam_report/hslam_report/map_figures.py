@@ -44,7 +44,7 @@ def tied_maps_figure(
         axes.plot(x, y, marker="o", color=NODE, markersize=7, linestyle="none", label="nodes", zorder=4)
     if maps:
         _draw_frame(axes, maps[framed].frame_in_map, maps[framed].name)
-    legend_below(axes, 4)
+    legend_below(figure, axes, 4)
     axes.set_title(f"{len(maps)} edge-maps tied to the true meet points of {world.name}", fontsize=11)
     return figure
 
@@ -72,7 +72,7 @@ def edge_map_figure(placed: PlacedEdgeMap) -> Figure:
     axes.set_ylabel("y (m)")
     shown = f"{len(placed.landmarks)} landmarks, 95 % ellipses x {factor}"
     axes.set_title(f"Edge-map {placed.name} in its own frame: {shown}", fontsize=11)
-    legend_below(axes, 3)
+    legend_below(figure, axes, 3)
     return figure
 
 

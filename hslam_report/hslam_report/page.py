@@ -35,16 +35,14 @@ def floor_page(world: World) -> tuple[Figure, Axes]:
     min_x, min_y, max_x, max_y = world.free_space.bounds
     figure, axes = page(WIDTH_IN, WIDTH_IN)
     draw_floor(axes, world)
-    fit_height(axes, (max_y - min_y) / (max_x - min_x))
+    fit_height(figure, (max_y - min_y) / (max_x - min_x))
     return figure, axes
 
 
-def fit_height(axes: Axes, height_by_width: float) -> None:
+def fit_height(figure: Figure, height_by_width: float) -> None:
     """Give the page the height that a drawing of these proportions needs, within reason."""
     height = min(max(WIDTH_IN * height_by_width, LEAST_DRAWING_IN), MOST_DRAWING_IN)
-    figure = axes.get_figure(root=True)
-    if figure is not None:
-        figure.set_size_inches(WIDTH_IN, height + CAPTION_IN)
+    figure.set_size_inches(WIDTH_IN, height + CAPTION_IN)
 
 
 def save(figure: Figure, folder: Path, name: str) -> list[Path]:
@@ -58,9 +56,7 @@ def save(figure: Figure, folder: Path, name: str) -> list[Path]:
     return paths
 
 
-def legend_below(axes: Axes, columns: int) -> None:
+def legend_below(figure: Figure, axes: Axes, columns: int) -> None:
     """Put the legend under the axes, out of the drawing's way."""
-    figure = axes.get_figure(root=True)
-    drawing_in = axes.get_position().height * (figure.get_figheight() if figure is not None else WIDTH_IN)
-    below = -LABELS_IN / drawing_in
+    below = -LABELS_IN / (axes.get_position().height * figure.get_figheight())
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, below), ncols=columns, frameon=False)

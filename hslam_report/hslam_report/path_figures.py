@@ -30,8 +30,8 @@ def path_figure(world: World, driven: DrivenPath, nodes: Sequence[tuple[float, f
     axes.plot(laid[:, 0], laid[:, 1], color=PATH, linewidth=1.1, label="path by odometry", zorder=3)
     _mark_nodes(axes, nodes)
     axes.plot(*driven.in_map[0, :2], marker="^", color=ACCENT, markersize=10, linestyle="none", label="start", zorder=5)
-    _widen(axes, laid)
-    legend_below(axes, 4)
+    _widen(figure, axes, laid)
+    legend_below(figure, axes, 4)
     axes.set_title(f"Path by odometry over {world.name}: {length_m(driven.in_odom):.1f} m", fontsize=11)
     return figure
 
@@ -53,8 +53,8 @@ def loop_figure(
     for end, text, marker in ((ends[0], "left", "^"), (ends[1], "reached again", "s")):
         label = f"node {name} by odometry, when {text}"
         axes.plot(*end, marker=marker, color=LANDMARK, markersize=9, linestyle="none", label=label, zorder=5)
-    _widen(axes, laid)
-    legend_below(axes, 2)
+    _widen(figure, axes, laid)
+    legend_below(figure, axes, 2)
     gap = float(np.hypot(*(ends[1] - ends[0])))
     axes.set_title(
         f"The loop through node {name}: {length_m(part.in_odom):.1f} m, odometry {gap:.1f} m off", fontsize=11
@@ -80,11 +80,11 @@ def _mark_nodes(axes: Axes, nodes: Sequence[tuple[float, float]]) -> None:
         axes.plot(x, y, marker="o", color=NODE, markersize=6, linestyle="none", label="nodes", zorder=4)
 
 
-def _widen(axes: Axes, laid: Array) -> None:
+def _widen(figure: Figure, axes: Axes, laid: Array) -> None:
     """Let the axes hold a path that leaves the floor."""
     low, high = laid.min(axis=0) - 1.0, laid.max(axis=0) + 1.0
     (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
     left, right, bottom, top = min(left, low[0]), max(right, high[0]), min(bottom, low[1]), max(top, high[1])
     axes.set_xlim(left, right)
     axes.set_ylim(bottom, top)
-    fit_height(axes, (top - bottom) / (right - left))
+    fit_height(figure, (top - bottom) / (right - left))
