@@ -12,6 +12,7 @@ PACKAGES = {ET.parse(path).findtext("name", ""): path.parent for path in ROOT.gl
 PYTHON = sorted(name for name, folder in PACKAGES.items() if (folder / "setup.py").exists())
 
 KEYS = {
+    "backports": "python3-rosbags-pip",
     "contourpy": "python3-matplotlib",
     "cv2": "python3-opencv",
     "hypothesis": "python3-hypothesis",
@@ -28,7 +29,6 @@ KEYS = {
     "shapely": "python3-shapely",
     "typer": "python3-typer",
     "yaml": "python3-yaml",
-    "zstandard": "python3-rosbags-pip",
 }
 """The rosdep key that each Python module comes with."""
 

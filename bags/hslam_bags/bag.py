@@ -9,7 +9,7 @@ from types import TracebackType
 from typing import Any, NamedTuple, Self
 
 import yaml
-import zstandard
+from backports import zstd
 
 from hslam_bags.errors import BagError
 from hslam_bags.mcap_storage import McapStorage
@@ -149,11 +149,10 @@ class Bag:
 
     def _unpacked(self, messages: Iterator[StoredMessage]) -> Iterator[StoredMessage]:
         """Yield messages that were packed one by one."""
-        unpacker = zstandard.ZstdDecompressor()
         for message in messages:
             try:
-                raw = unpacker.decompressobj().decompress(message.raw)
-            except zstandard.ZstdError as error:
+                raw = zstd.decompress(message.raw)
+            except zstd.ZstdError as error:
                 place = f"topic {message.topic} at {message.log_ns} ns"
                 self._complain(BagError(self.path, place, f"a message cannot be unpacked: {error}"))
                 continue
@@ -174,9 +173,9 @@ class Bag:
             self._scratch = tempfile.TemporaryDirectory()
         unpacked = Path(self._scratch.name) / file.stem
         try:
-            with file.open("rb") as source, unpacked.open("wb") as sink, zstandard.open(source, "rb") as stream:
+            with zstd.open(file, "rb") as stream, unpacked.open("wb") as sink:
                 shutil.copyfileobj(stream, sink)
-        except (OSError, zstandard.ZstdError) as error:
+        except (OSError, EOFError, zstd.ZstdError) as error:
             raise BagError(file, "", f"cannot be unpacked: {error}") from error
         return unpacked
 

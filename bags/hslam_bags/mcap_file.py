@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
-import zstandard
+from backports import zstd
 
 from hslam_bags import mcap_records as mcap
 from hslam_bags.errors import BagError
@@ -41,7 +41,6 @@ class McapFile:
         self.path = path
         self._chunk_bytes = chunk_bytes
         self._compression = compression
-        self._packer = zstandard.ZstdCompressor(level=1) if compression == "zstd" else None
         self._chunk = bytearray()
         self._entries: dict[int, array[int]] = {}
         self._schemas: list[bytes] = []
@@ -127,7 +126,7 @@ class McapFile:
         """Return ``records`` with the chunk in progress and its indices behind, and what is on disk after them."""
         offset = self._end + sum(map(len, records))
         size = len(self._chunk)
-        packed = self._packer.compress(self._chunk) if self._packer else bytes(self._chunk)
+        packed = zstd.compress(self._chunk, level=1) if self._compression == "zstd" else bytes(self._chunk)
         used = {key: entries for key, entries in self._entries.items() if entries}
         span = min(min(entries[::2]) for entries in used.values()), max(max(entries[::2]) for entries in used.values())
         chunk = mcap.chunk(*span, size, zlib.crc32(self._chunk), self._compression, packed)

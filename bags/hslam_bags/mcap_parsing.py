@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import lz4.frame  # type: ignore[import-untyped]
-import zstandard
+from backports import zstd
 
 from hslam_bags.mcap_records import MESSAGE, Op
 
@@ -121,14 +121,14 @@ def unpack_chunk(head: ChunkHead, content: memoryview) -> bytes:
     packed = content[head.begin : head.end]
     try:
         if head.compression == "zstd":
-            data = zstandard.ZstdDecompressor().decompress(packed, max_output_size=head.size)
+            data = zstd.ZstdDecompressor().decompress(packed, head.size + 1)
         elif head.compression == "lz4":
             data = lz4.frame.decompress(packed)
         elif head.compression == "":
             data = bytes(packed)
         else:
             raise ValueError(f"is packed by '{head.compression}', which is unknown")
-    except (zstandard.ZstdError, RuntimeError) as error:
+    except (zstd.ZstdError, RuntimeError, OverflowError) as error:
         raise ValueError(f"cannot be unpacked: {error}") from error
     if len(data) != head.size:
         raise ValueError(f"has {len(data)} bytes where {head.size} should be")
@@ -143,10 +143,10 @@ def unpack_cut_chunk(head: ChunkHead, content: memoryview) -> bytes:
     data = packed
     try:
         if head.compression == "zstd":
-            data = zstandard.ZstdDecompressor().decompressobj().decompress(packed)
+            data = zstd.ZstdDecompressor().decompress(packed)
         elif head.compression == "lz4":
             data = lz4.frame.LZ4FrameDecompressor().decompress(packed)
-    except (zstandard.ZstdError, RuntimeError):
+    except (zstd.ZstdError, RuntimeError):
         return b""
     whole = 0
     try:

@@ -4,11 +4,12 @@ import contextlib
 import random
 import shutil
 import sqlite3
+import struct
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-import zstandard
+from backports import zstd
 from bag_messages import STRING, record_strings, string_cdr
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -98,7 +99,7 @@ def test_reads_mcap_whose_messages_were_packed_one_by_one(bag: Path, definitions
     """As `ros2 bag record -s mcap --compression-mode message` leaves it."""
     with Recorder(bag, SMALL_CHUNKS, definitions=definitions) as recorder:
         for index in range(100):
-            packed = zstandard.compress(string_cdr(str(index)))
+            packed = zstd.compress(string_cdr(str(index)))
             recorder.write("/chatter", STRING, packed if index else b"no zstd", index * 10)
     listed = bag / "metadata.yaml"
     listed.write_text(listed.read_text().replace('compression_mode: ""', "compression_mode: MESSAGE"))
@@ -146,6 +147,12 @@ def flip(data: bytes, at: int) -> bytes:
     return data[:at] + bytes([data[at] ^ 0x5A]) + data[at + 1 :]
 
 
+def with_boundless_chunk(data: bytes) -> bytes:
+    """Return a file whose first chunk says that it unpacks to 2^64 - 1 bytes."""
+    at = data.find(b"\x06", 500) + struct.calcsize("<BQQQ")
+    return data[:at] + b"\xff" * 8 + data[at + 8 :]
+
+
 DAMAGES: dict[str, tuple[Damage, str, int]] = {
     "cut in half": (
         edit("bag_0.mcap", lambda d: d[: len(d) // 2]),
@@ -162,6 +169,11 @@ DAMAGES: dict[str, tuple[Damage, str, int]] = {
         edit("bag_0.mcap", lambda d: flip(d[: len(d) // 2], d.find(b"\x06", 500) + 5)),
         r"summary: the file's end",
         500,
+    ),
+    "a chunk's size": (
+        edit("bag_0.mcap", with_boundless_chunk),
+        r"bag_0.mcap: chunk at byte \d+: cannot be unpacked",
+        1700,
     ),
     "the summary": (
         edit("bag_0.mcap", lambda d: flip(d, len(d) - 200)),
