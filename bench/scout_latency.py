@@ -19,10 +19,11 @@ import psutil
 import rclpy
 from geometry_msgs.msg import TwistStamped
 from hslam_msgs.msg import SonarRing
-from rclpy.experimental import EventsExecutor
+from rclpy.executors import Executor
 
 from hslam_bringup.fleet import node_environment
 from hslam_ros.conversions import sonar_from_msg, velocity_to_msg
+from hslam_ros.executor import make_executor
 from hslam_ros.private_domain import private_domain
 from hslam_ros.qos import SENSOR
 from hslam_types.sensing import Velocity
@@ -116,7 +117,7 @@ def main() -> None:
         server.start()
         rclpy.init()
         bench = Bench(clock, floor, line)
-        executor = EventsExecutor()
+        executor = make_executor()
         executor.add_node(bench.node)
         command = [sys.executable, "-m", "scout_driver.scout_node", "--ros-args"]
         command += ["-p", f"port:={port.address}", "-p", "acceleration_m_s2:=3.0"]
@@ -142,7 +143,7 @@ def main() -> None:
     print(f"driver process: {100 * cpu:.1f} % of a core")
 
 
-def _spin(executor: EventsExecutor, seconds: float) -> None:
+def _spin(executor: Executor, seconds: float) -> None:
     end_s = time.monotonic() + seconds
     while time.monotonic() < end_s:
         executor.spin_once(timeout_sec=0.1)

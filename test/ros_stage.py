@@ -6,10 +6,10 @@ from typing import Any, Protocol, TypeVar
 
 import pytest
 import rclpy
-from rclpy.executors import Executor
-from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
+
+from hslam_ros.executor import make_executor
 
 N = TypeVar("N", bound=Node)
 
@@ -29,7 +29,7 @@ class Stage:
         """Open the context, with parameters for every node that is made in it."""
         rclpy.init(args=ros_arguments(parameters), signal_handler_options=SignalHandlerOptions.NO)
         self._nodes: list[Node] = []
-        self._executor: Executor = EventsExecutor()
+        self._executor = make_executor()
         self._closed = False
 
     def add(self, node: N) -> N:

@@ -8,10 +8,10 @@ from pathlib import Path
 from types import FrameType
 
 import rclpy
-from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
+from hslam_ros.executor import make_executor
 from hslam_ros.parameters import refuse_unknown
 from hslam_types.errors import HslamError
 
@@ -50,7 +50,7 @@ def run(make_node: Callable[[], Node], done: Callable[[Node], bool] = lambda _: 
     try:
         node = make_node()
         refuse_unknown(node)
-        executor = EventsExecutor()
+        executor = make_executor()
         executor.add_node(node)
         gc.freeze()  # what lives as long as the node is not searched for garbage again and again
         while not stop.asked and not done(node):
