@@ -5,7 +5,7 @@ import sys
 from collections import Counter
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Optional
 
 import typer
 from rich.console import Console
@@ -26,9 +26,9 @@ console = Console()
 World = Annotated[str, typer.Argument(help="wean_hall_6, small_world, a world YAML or a map_server YAML")]
 BagPath = Annotated[Path, typer.Argument(help="a rosbag2 directory, or a .mcap or .db3 file")]
 Settings = Annotated[
-    list[str] | None, typer.Option("--set", help="NODE.PARAMETER=VALUE, e.g. ekf.accept_gate=9.0; repeatable")
+    Optional[list[str]], typer.Option("--set", help="NODE.PARAMETER=VALUE, e.g. ekf.accept_gate=9.0; repeatable")
 ]
-Topics = Annotated[list[str] | None, typer.Option("--topic", help="only topics of this name or pattern; repeatable")]
+Topics = Annotated[Optional[list[str]], typer.Option("--topic", help="only topics of this name or pattern; repeatable")]
 
 
 class Robot(StrEnum):
@@ -44,7 +44,7 @@ def explore(
     *,
     seed: Annotated[int, typer.Option(help="seed of all chance: noise, odometry bias, landmarks", min=0)] = 1,
     out: Annotated[
-        Path | None, typer.Option(help="folder for bag, atlas, figures and report [runs/WORLD_SEED]")
+        Optional[Path], typer.Option(help="folder for bag, atlas, figures and report [runs/WORLD_SEED]")
     ] = None,
     robot: Annotated[
         Robot, typer.Option(help="the simulated base directly, or an emulated Scout behind its serial line")
@@ -81,7 +81,7 @@ def explore(
 def gvg(
     world: World,
     *,
-    out: Annotated[Path | None, typer.Option(help="picture to draw (.png or .svg) [WORLD_gvg.png]")] = None,
+    out: Annotated[Optional[Path], typer.Option(help="picture to draw (.png or .svg) [WORLD_gvg.png]")] = None,
 ) -> None:
     """Compute the true reduced GVG of a floor from its geometry, print its counts and draw it."""
     from hslam_bringup.errors import RunError
@@ -110,12 +110,12 @@ def record(
     *,
     topics: Topics = None,
     exclude: Annotated[
-        list[str] | None,
+        Optional[list[str]],
         typer.Option(help="leave out topics of this name or pattern, besides /parameter_events; repeatable"),
     ] = None,
-    split_mb: Annotated[int | None, typer.Option(help="begin a new file at this size; 0: never", min=0)] = None,
+    split_mb: Annotated[Optional[int], typer.Option(help="begin a new file at this size; 0: never", min=0)] = None,
     split_s: Annotated[
-        float | None, typer.Option(help="begin a new file after so many seconds; 0: never", min=0.0)
+        Optional[float], typer.Option(help="begin a new file after so many seconds; 0: never", min=0.0)
     ] = None,
 ) -> None:
     """Record topics of the running system to a rosbag2 directory (MCAP) until Ctrl-C."""
@@ -131,7 +131,7 @@ def replay(
     *,
     topics: Topics = None,
     exclude: Annotated[
-        list[str] | None,
+        Optional[list[str]],
         typer.Option("--exclude", help="leave out topics of this name or pattern, besides /rosout; repeatable"),
     ] = None,
     rate: Annotated[float, typer.Option(help="bag time by wall time", min=0.001)] = 1.0,
@@ -211,7 +211,7 @@ def bag_info(bag: BagPath) -> None:
 @bag_app.command("repair")
 def bag_repair(
     bag: BagPath,
-    target: Annotated[Path | None, typer.Argument(help="folder of the repaired bag [BAG_repaired]")] = None,
+    target: Annotated[Optional[Path], typer.Argument(help="folder of the repaired bag [BAG_repaired]")] = None,
 ) -> None:
     """Copy what is readable of a damaged bag into a new, whole one; the damaged one is left as it is."""
     from hslam_bags.commands import repair
