@@ -10,14 +10,15 @@ from collections.abc import Callable
 from pathlib import Path
 
 from hslam_bringup.fleet import executable
+from hslam_bringup.linear_algebra import ON_ONE_THREAD
 
 PATIENCE_S = 600.0
 
 
 def hslam(*arguments: str) -> subprocess.Popen[str]:
-    """Start the command."""
+    """Start the command, in an environment that has not chosen how many threads it uses."""
     command = [str(executable("hslam_bringup", "hslam")), *arguments]
-    environment = os.environ | {"COLUMNS": "200"}
+    environment = {name: value for name, value in os.environ.items() if name not in ON_ONE_THREAD} | {"COLUMNS": "200"}
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
 
 

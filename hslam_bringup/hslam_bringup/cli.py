@@ -11,6 +11,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
+from hslam_bringup.linear_algebra import hold_to_one_thread
 from hslam_types.errors import HslamError
 
 app = typer.Typer(
@@ -222,6 +223,7 @@ def bag_repair(
 
 def main() -> None:
     """Run the command; an error the suite knows is one line on stderr and exit status 1."""
+    hold_to_one_thread()
     try:
         app()
     except HslamError as error:

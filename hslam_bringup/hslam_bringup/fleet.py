@@ -13,6 +13,7 @@ import yaml
 from ament_index_python.packages import PackageNotFoundError, get_package_prefix, get_package_share_directory
 
 from hslam_bringup.errors import NodeDiedError, RunError
+from hslam_bringup.linear_algebra import ON_ONE_THREAD
 from hslam_ros.private_domain import PrivateDomain
 
 _PR_SET_PDEATHSIG = 1
@@ -123,12 +124,8 @@ def _join_the_run() -> None:
 
 def node_environment() -> dict[str, str]:
     """Return the environment of every node, for where the user has not chosen otherwise."""
-    return {
-        # One thread for linear algebra: more are slower on small matrices, and change the order of sums.
-        "OPENBLAS_NUM_THREADS": "1",
-        "OMP_NUM_THREADS": "1",
-        "FASTRTPS_DEFAULT_PROFILES_FILE": f"{get_package_share_directory('hslam_ros')}/fast_dds.xml",
-    }
+    profiles = f"{get_package_share_directory('hslam_ros')}/fast_dds.xml"
+    return ON_ONE_THREAD | {"FASTRTPS_DEFAULT_PROFILES_FILE": profiles}
 
 
 def executable(package: str, name: str) -> Path:
