@@ -48,10 +48,12 @@ def test_an_earlier_run_is_not_overwritten_unasked(tmp_path: Path) -> None:
     assert status == 1
     assert "--force" in err
     assert (tmp_path / "atlas.db").read_bytes() == b"precious"
-    status, _, err = outcome(hslam("explore", "no_such_world", "--out", str(tmp_path), "--force"))
-    assert status == 1
-    assert "no_such_world" in err
-    assert (tmp_path / "atlas.db").read_bytes() == b"precious", "a typing error costs no run"
+    for slip in (["no_such_world"], ["small_world", "--set", "ekf.acept_gate=9"]):
+        status, _, err = outcome(hslam("explore", *slip, "--out", str(tmp_path), "--force"))
+        assert status == 1
+        assert err.count("\n") == 1
+        assert [path.name for path in tmp_path.iterdir()] == ["atlas.db"]
+        assert (tmp_path / "atlas.db").read_bytes() == b"precious", "a typing error costs no run"
 
 
 @pytest.fixture

@@ -166,9 +166,11 @@ def rebuild(
 ) -> None:
     """Build a run's atlas again from its bag, with other parameters if wished; without any it is identical."""
     from hslam_bringup.bag_loop import rebuild_atlas
+    from hslam_bringup.node_parameters import ALGORITHMS, check_settings
     from hslam_bringup.run_options import ATLAS_FILES, RunOptions, parse_settings, prepare_output
 
     options = RunOptions("", 0, out, parse_settings(settings or (), ("ekf", "atlas")))
+    check_settings(options.settings, ALGORITHMS)
     prepare_output(out, force=force, results=ATLAS_FILES)
     with console.status(f"reading {bag}"):
         cycles = rebuild_atlas(bag, options)

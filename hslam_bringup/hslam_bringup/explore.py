@@ -4,6 +4,7 @@ from rich.console import Console
 
 from hslam_bringup.errors import RunError
 from hslam_bringup.in_process_run import run_in_process
+from hslam_bringup.node_parameters import ALGORITHMS, NODES, check_settings
 from hslam_bringup.progress import ExplorationProgress
 from hslam_bringup.run_options import RunOptions, prepare_output
 from hslam_bringup.run_report import as_table, report_run
@@ -17,7 +18,9 @@ def explore_and_report(options: RunOptions, *, in_process: bool, force: bool, co
     Raises HslamError where the run breaks or something is left unexplored; what was recorded stays readable. With
     ``force`` an earlier run in the folder is replaced.
     """
-    load_world(options.world, landmark_seed=options.seed)  # a world that cannot be read costs no earlier run
+    # A slip of the pen costs no earlier run.
+    check_settings(options.settings, ALGORITHMS if in_process else NODES)
+    load_world(options.world, landmark_seed=options.seed)
     prepare_output(options.out, force=force)
     run = run_in_process if in_process else run_separately
     with ExplorationProgress(console) as progress:

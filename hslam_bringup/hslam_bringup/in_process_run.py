@@ -17,7 +17,6 @@ from hslam_atlas.picture import node_poses
 from hslam_atlas.server import AtlasServer
 from hslam_atlas.store import AtlasStore
 from hslam_bags.recorder import Recorder
-from hslam_bringup.errors import RunError
 from hslam_bringup.progress import Snapshot
 from hslam_bringup.run_options import RunOptions
 from hslam_bringup.run_record import RunRecord
@@ -127,8 +126,6 @@ def _simulation(options: RunOptions) -> Simulation:
     parts: dict[str, dict[str, Any]] = {field.name: {} for field in dataclasses.fields(SimulationConfiguration)}
     for name, value in options.node_settings("sim").items():
         part, _, parameter = name.partition(".")
-        if part not in parts:
-            raise RunError(f"sim has no parameter '{name}'; its groups are: {', '.join(parts)}")
         parts[part][parameter] = value
     defaults = SimulationConfiguration()
     config = SimulationConfiguration(

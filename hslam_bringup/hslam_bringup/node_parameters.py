@@ -1,0 +1,73 @@
+"""The parameters of the nodes of a run, so that a slip in a setting is told before anything is started or replaced."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from hslam_atlas.atlas_node import AtlasNodeConfig
+from hslam_atlas.config import AtlasConfig
+from hslam_bringup.run_options import SET_BY_THE_RUN
+from hslam_ekf.config import EkfConfig
+from hslam_ekf.ekf_node import EkfNodeConfig
+from hslam_gvg.config import GvgConfig
+from hslam_gvg.gvg_node import GvgNodeConfig
+from hslam_sim.base_configuration import BaseConfiguration
+from hslam_sim.battery import BatteryConfiguration
+from hslam_sim.landmark_sensor import LandmarkConfiguration
+from hslam_sim.run_configuration import RunConfiguration
+from hslam_sim.simulation import ClockConfiguration
+from hslam_sim.sonar_configuration import SonarConfiguration
+from hslam_types.config import Configuration, Parameter, check
+from hslam_types.errors import ConfigurationError
+from scout_driver import scout_emulator
+from scout_driver.config import DriverConfig, NodeConfig
+from scout_driver.emulator.config import EmulatorConfig, FaultConfig
+
+Grouped = tuple[tuple[str, type[Configuration]], ...]
+"""Configurations, each with the prefix of its parameters' names."""
+
+ALGORITHMS: Mapping[str, Grouped] = {
+    "sim": (
+        ("clock.", ClockConfiguration),
+        ("base.", BaseConfiguration),
+        ("sonar.", SonarConfiguration),
+        ("landmarks.", LandmarkConfiguration),
+        ("battery.", BatteryConfiguration),
+    ),
+    "gvg": (("", GvgConfig),),
+    "ekf": (("", EkfConfig),),
+    "atlas": (("", AtlasConfig),),
+}
+"""By node: what it does, in one process too."""
+
+NODES: Mapping[str, Grouped] = {
+    "sim": (*ALGORITHMS["sim"], ("", RunConfiguration)),
+    "gvg": (*ALGORITHMS["gvg"], ("", GvgNodeConfig)),
+    "ekf": (*ALGORITHMS["ekf"], ("", EkfNodeConfig)),
+    "atlas": (*ALGORITHMS["atlas"], ("", AtlasNodeConfig)),
+    "scout": (("", DriverConfig), ("", NodeConfig)),
+    "scout_emulator": (
+        ("", scout_emulator.RunConfiguration),
+        ("base.", EmulatorConfig),
+        ("faults.", FaultConfig),
+        ("landmarks.", LandmarkConfiguration),
+    ),
+}
+"""By node: what it does and how it is joined to the others, as a process of its own."""
+
+
+def check_settings(settings: Mapping[str, Mapping[str, Any]], nodes: Mapping[str, Grouped]) -> None:
+    """Raise ConfigurationError where a setting, by node and name, is of no parameter, of the wrong type or range."""
+    for node, values in settings.items():
+        known = {entry.name: entry for entry in parameters(nodes[node])}
+        for name, value in values.items():
+            if name not in known:
+                names = ", ".join(sorted(known.keys() - SET_BY_THE_RUN))
+                raise ConfigurationError(f"{node} has no parameter '{name}' here; it has: {names}")
+            check(known[name], value)
+
+
+def parameters(groups: Grouped) -> Iterator[Parameter]:
+    """Yield the parameters of a node under their full names."""
+    for prefix, configuration in groups:
+        for entry in configuration.parameters():
+            yield entry._replace(name=prefix + entry.name)
