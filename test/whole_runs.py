@@ -14,6 +14,9 @@ from hslam_bringup.linear_algebra import ON_ONE_THREAD
 
 PATIENCE_S = 600.0
 
+signal.signal(signal.SIGINT, signal.default_int_handler)
+"""Started in the background of a shell, these tests ignore Ctrl-C, and so would every command that they start."""
+
 
 def hslam(*arguments: str) -> subprocess.Popen[str]:
     """Start the command, in an environment that has not chosen how many threads it uses."""

@@ -170,7 +170,7 @@ def test_lock_step_waits_for_each_answer_and_promises_what_it_sent(staged: Stage
             lambda step=step, due=due: (  # type: ignore[misc]
                 {name: ekf.count(name) for name in due} == due
                 and ekf.promised == {"sim": due["landmarks"], "gvg": due["gvg/events"]}
-                and ekf.clock[-1] == step * STEP_NS
+                and ekf.clock[-1:] == [step * STEP_NS]
             )
         )
         assert not replay.finished
