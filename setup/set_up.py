@@ -86,8 +86,7 @@ def install(ros: Path | None, lock: Path) -> None:
         # What an interrupted or older installation left cannot be told from what belongs here.
         say("making the virtual environment anew: the one here is unfinished or of another lock file")
         shutil.rmtree(VENV)
-    system = ["--system-site-packages"] if ros else []
-    run([sys.executable, "-m", "venv", *system, str(VENV)], clean_environment(VENV, ros), "making .venv")
+    run([sys.executable, "-m", "venv", str(VENV)], clean_environment(VENV, ros), "making .venv")
     say(f"installing {lock.relative_to(ROOT)} into .venv; this takes a minute or two")
     pip = [str(VENV / "bin" / "python"), "-m", "pip", "install", "--quiet", "--no-input", "--no-compile"]
     pip += ["--disable-pip-version-check", "--no-build-isolation", "--use-pep517", "--require-hashes"]
