@@ -1,13 +1,15 @@
 # make setup   a virtual environment with ROS 2 Jazzy, and the workspace built (ROS from /opt/ros/jazzy where it is)
 # make demo    set up, then explore the paper's floor; what it learnt is in runs/demo
 # make test    set up, then check style, types and run all tests
+# make oldest  set up, then test with the libraries' versions of Ubuntu 24.04, which a ROS from apt goes with
 # Variables: PYTHON (which Python to set up with), OUT and SEED of the demo, PYTEST_ARGS.
-.PHONY: setup demo test style types tests shell lock clean help
+.PHONY: setup demo test oldest style types tests shell lock clean help
 .DEFAULT_GOAL := help
 PYTHON ?=
 SEED ?= 1
 OUT ?= runs/demo
 PYTEST_ARGS ?=
+OLDEST = bags hslam_atlas hslam_bringup hslam_ekf hslam_gvg hslam_report hslam_sim test/test_run_same_atlas.py
 
 help:
 	@sed -n 's/^# //p' Makefile
@@ -30,6 +32,12 @@ types: setup
 tests: setup
 	.venv/bin/hslam-env python -m pytest $(PYTEST_ARGS)
 
+oldest: setup
+	@cmp -s requirements/ubuntu-24.04.lock .oldest/installed.lock || { rm -rf .oldest && \
+	.venv/bin/python -m pip install --quiet --no-input --disable-pip-version-check --no-deps --require-hashes \
+	    --target .oldest -r requirements/ubuntu-24.04.lock && cp requirements/ubuntu-24.04.lock .oldest/installed.lock; }
+	.venv/bin/hslam-env sh -c 'PYTHONPATH="$$PWD/.oldest:$$PYTHONPATH" exec python -m pytest $(PYTEST_ARGS) $(OLDEST)'
+
 # A shell in the environment of the workspace.
 shell: setup
 	@.venv/bin/hslam-env $${SHELL:-/bin/sh}
@@ -39,4 +47,4 @@ lock:
 	requirements/lock.sh
 
 clean:
-	rm -rf .venv build install log
+	rm -rf .venv .oldest build install log

@@ -11,3 +11,4 @@ lock() {
 lock setuptools.lock setuptools.in
 lock ros-from-pip.lock ros.in build.in python.in dev.in
 lock ros-from-apt.lock build.in python.in dev.in
+lock ubuntu-24.04.lock ubuntu-24.04.in

@@ -5,7 +5,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 MAY_KNOW = {"hslam_report", "hslam_bringup", "bench", "test"}
-SKIP = {".venv", "build", "install", "log", "runs"}
+SKIP = {".oldest", ".venv", "build", "install", "log", "runs"}
 
 
 def imported(path: Path) -> set[str]:
