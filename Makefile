@@ -9,6 +9,7 @@ PYTHON ?=
 SEED ?= 1
 OUT ?= runs/demo
 PYTEST_ARGS ?=
+# What computes, stores or draws with those libraries.
 OLDEST = bags hslam_atlas hslam_bringup hslam_ekf hslam_gvg hslam_report hslam_sim test/test_run_same_atlas.py
 
 help:
