@@ -2,6 +2,9 @@
 # make demo    set up, then explore the paper's floor; what it learnt is in runs/demo
 # make test    set up, then check style, types and run all tests
 # make oldest  set up, then test with the libraries' versions of Ubuntu 24.04, which a ROS from apt goes with
+# make shell   set up, then a shell in the environment of the workspace
+# make lock    write the lock files anew from requirements/*.in; needs the uv command
+# make clean   remove what set-up made
 # Variables: PYTHON (which Python to set up with), OUT and SEED of the demo, PYTEST_ARGS.
 .PHONY: setup demo test oldest style types tests shell lock clean help
 .DEFAULT_GOAL := help
@@ -13,7 +16,7 @@ PYTEST_ARGS ?=
 OLDEST = bags hslam_atlas hslam_bringup hslam_ekf hslam_gvg hslam_report hslam_sim test/test_run_same_atlas.py
 
 help:
-	@sed -n 's/^# //p' Makefile
+	@sed -n 's/^# \(make\|Variables\)/\1/p' Makefile
 
 setup:
 	@python=$$(setup/find_python.sh "$(PYTHON)") && "$$python" -B setup/set_up.py
@@ -39,11 +42,9 @@ oldest: setup
 	    --target .oldest -r requirements/ubuntu-24.04.lock && cp requirements/ubuntu-24.04.lock .oldest/installed.lock; }
 	.venv/bin/hslam-env sh -c 'PYTHONPATH="$$PWD/.oldest:$$PYTHONPATH" exec python -m pytest $(PYTEST_ARGS) $(OLDEST)'
 
-# A shell in the environment of the workspace.
 shell: setup
 	@.venv/bin/hslam-env $${SHELL:-/bin/sh}
 
-# Write the lock files anew from requirements/*.in; needs the uv command.
 lock:
 	requirements/lock.sh
 
