@@ -11,7 +11,13 @@ setup(
         ("share/ament_index/resource_index/packages", ["resource/hslam_bags"]),
         ("share/hslam_bags", ["package.xml"]),
     ],
-    zip_safe=True,
+    install_requires=["setuptools"],
+    extras_require={"test": ["pytest", "mcap", "mcap-ros2-support"]},  # by this `colcon test` knows what to run
+    zip_safe=False,
+    maintainer="The hslam maintainers",
+    maintainer_email="maintainers@hslam.invalid",
+    description="Records runs to rosbag2 directories of MCAP files, and reads, repairs and replays them.",
+    license="Apache-2.0",
     entry_points={
         "console_scripts": [
             "record_node = hslam_bags.record_node:main",

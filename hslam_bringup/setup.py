@@ -17,6 +17,7 @@ setup(
         ("share/hslam_bringup/rviz", glob("rviz/*.rviz")),
     ],
     install_requires=["setuptools"],
+    extras_require={"test": ["pytest"]},  # by this `colcon test` knows what to run
     zip_safe=False,
     maintainer="The hslam maintainers",
     maintainer_email="maintainers@hslam.invalid",

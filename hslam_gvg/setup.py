@@ -16,6 +16,7 @@ setup(
         ("share/hslam_gvg/config", glob("config/*.yaml")),
     ],
     install_requires=["setuptools"],
+    extras_require={"test": ["pytest"]},  # by this `colcon test` knows what to run
     zip_safe=False,
     maintainer="The hslam maintainers",
     maintainer_email="maintainers@hslam.invalid",

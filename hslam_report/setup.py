@@ -12,6 +12,7 @@ setup(
         ("share/hslam_report", ["package.xml"]),
     ],
     install_requires=["setuptools"],
+    extras_require={"test": ["pytest"]},  # by this `colcon test` knows what to run
     zip_safe=False,
     maintainer="The hslam maintainers",
     maintainer_email="maintainers@hslam.invalid",

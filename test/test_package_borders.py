@@ -105,3 +105,9 @@ def test_every_node_is_an_executable_and_a_module(name: str) -> None:
     nodes = {path.stem for path in (folder / name).glob("*_node.py")}
     manifest = (folder / "setup.py").read_text()
     assert all(f"{node} = {name}.{node}:main" in manifest for node in nodes), nodes
+
+
+@pytest.mark.parametrize("name", PYTHON)
+def test_colcon_is_told_to_run_the_tests(name: str) -> None:
+    manifest = (PACKAGES[name] / "setup.py").read_text()
+    assert 'extras_require={"test": ["pytest"' in manifest, "colcon test would run nothing and report success"
