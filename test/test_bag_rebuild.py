@@ -101,3 +101,12 @@ def test_a_bag_without_what_an_atlas_is_made_of_is_refused(tmp_path: Path) -> No
         copy(bag, tmp_path / "bag", TopicChoice(("odom", "landmarks")))
     with pytest.raises(BagError, match=r"bag: topic /gvg/events: is not in the bag"):
         rebuilt(tmp_path / "bag", tmp_path / "out")
+
+
+def test_a_bag_that_cannot_be_read_costs_no_earlier_atlas(tmp_path: Path) -> None:
+    (tmp_path / "atlas.db").write_bytes(b"precious")
+    status, _, err = outcome(hslam("rebuild", str(tmp_path / "no_bag"), "--out", str(tmp_path), "--force"))
+    assert status == 1
+    assert err.count("\n") == 1
+    assert "no_bag" in err
+    assert (tmp_path / "atlas.db").read_bytes() == b"precious"

@@ -165,13 +165,15 @@ def rebuild(
     force: Annotated[bool, typer.Option("--force", help="replace the atlas.db in --out")] = False,
 ) -> None:
     """Build a run's atlas again from its bag, with other parameters if wished; without any it is identical."""
+    from hslam_bags.bag import Bag
     from hslam_bringup.bag_loop import rebuild_atlas
     from hslam_bringup.node_parameters import ALGORITHMS, check_settings
     from hslam_bringup.run_options import ATLAS_FILES, RunOptions, parse_settings, prepare_output
 
     options = RunOptions("", 0, out, parse_settings(settings or (), ("ekf", "atlas")))
     check_settings(options.settings, ALGORITHMS)
-    prepare_output(out, force=force, results=ATLAS_FILES)
+    with Bag(bag):  # the earlier atlas goes only for one that can be made
+        prepare_output(out, force=force, results=ATLAS_FILES)
     with console.status(f"reading {bag}"):
         cycles = rebuild_atlas(bag, options)
     console.print(f"{cycles} cycles, the atlas is {options.atlas}")
