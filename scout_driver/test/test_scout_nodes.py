@@ -44,6 +44,8 @@ class Scene(Stage):
         for name, kind in TOPICS.items():
             self._node.create_subscription(kind, name, self.heard[name].append, CYCLE if name == "odom" else SENSOR)
         self._commands = self._node.create_publisher(TwistStamped, "cmd_vel", CYCLE)
+        # Made early: a process that has not found a client's reader yet loses its answer.
+        self._change_state = self._node.create_client(ChangeState, "scout/change_state")
         self._processes: list[subprocess.Popen[bytes]] = []
 
     def start(self, executable: str, **parameters: object) -> subprocess.Popen[bytes]:
@@ -59,7 +61,8 @@ class Scene(Stage):
     def change_state(self, transition: int) -> bool:
         """Ask the driver's node for a transition; tell whether it was made."""
         request = ChangeState.Request(transition=Transition(id=transition))
-        return bool(self.call(self._node, ChangeState, "scout/change_state", request).success)
+        self.spin_until(self._change_state.service_is_ready)
+        return bool(self.wait(self._change_state.call_async(request)).success)
 
     def answer_like(self, *nodes: str, forward: float) -> None:
         """Answer every odometry as the suite's nodes do."""
