@@ -1,12 +1,9 @@
 """Keeps two runs on one machine, and the rest of the network, from hearing each other."""
 
 import dataclasses
-import fcntl
-import os
-import tempfile
+import socket
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 
 from hslam_types.errors import HslamError
 
@@ -24,7 +21,7 @@ class PrivateDomain:
 
     number: int
     reservation: int
-    """File descriptor of the lock; processes that inherit it keep the domain reserved as long as they live."""
+    """File descriptor of the socket that holds it; processes that inherit it keep the domain as long as they live."""
 
     @property
     def environment(self) -> dict[str, str]:
@@ -36,22 +33,15 @@ class PrivateDomain:
 def private_domain() -> Iterator[PrivateDomain]:
     """Reserve a ROS domain for a run; raises DomainError if none is free.
 
-    The reservation is a lock on a file, which the system releases when the run and all its processes have ended.
+    The reservation is a socket's name in Linux' abstract namespace, which all share who share the network, and thus the
+    domains, containers too; the system frees it when the run and all its processes have ended.
     """
     for domain in _DOMAINS:
-        path = Path(tempfile.gettempdir()) / f"hslam_domain_{domain}.lock"
-        try:
-            descriptor = os.open(path, os.O_CREAT | os.O_RDWR, 0o666)
-        except PermissionError:
-            continue
-        try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            os.close(descriptor)
-            continue
-        try:
-            yield PrivateDomain(domain, descriptor)
-        finally:
-            os.close(descriptor)
-        return
+        with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as reservation:
+            try:
+                reservation.bind(f"\0hslam_domain_{domain}")
+            except OSError:
+                continue
+            yield PrivateDomain(domain, reservation.fileno())
+            return
     raise DomainError(f"all ROS domains from {_DOMAINS.start} to {_DOMAINS.stop - 1} are in use by other runs")
