@@ -5,6 +5,7 @@ from pathlib import Path
 
 from hslam_msgs.msg import NodeStatus
 from rclpy.node import Node
+from rclpy.task import Future
 from ros_stage import Stage, Staged
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
@@ -50,11 +51,18 @@ def test_what_was_recorded_in_several_files_is_said_again(staged: Staged, tmp_pa
     listener = stage.add(Node("listener"))
     heard: list[NodeStatus] = []
     listener.create_subscription(NodeStatus, "said", heard.append, CYCLE)
+    resume, pause = (listener.create_client(Trigger, f"replay/{name}") for name in ("resume", "pause"))
     again = hslam("replay", str(bag), "--rate", "20", "--paused")
-    stage.spin_until(lambda: listener.count_publishers("said") == 1)
-    resume = listener.create_client(Trigger, "replay/resume")
-    stage.spin_until(resume.service_is_ready)
-    resume.call_async(Trigger.Request())  # the answer is lost where the other process has not found its reader yet
+    stage.spin_until(pause.service_is_ready)
+    asked: list[Future] = []
+
+    def found() -> bool:
+        """An answer proves that the replay has found all that this node made before; one sent too early is lost."""
+        asked.append(pause.call_async(Trigger.Request()))
+        return any(answer.done() for answer in asked)
+
+    stage.spin_until(found)
+    assert stage.wait(resume.call_async(Trigger.Request())).success
     stage.spin_until(lambda: len(heard) >= STEPS)
     assert outcome(again, within_s=30.0)[0] == 0
     assert [(status.outputs, status.header.stamp.nanosec) for status in heard] == [
