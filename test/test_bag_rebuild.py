@@ -33,7 +33,8 @@ def rebuilt(bag: Path, out: Path, **settings: dict[str, object]) -> Path:
     """Return the atlas made of a bag."""
     out.mkdir()
     options = RunOptions("", 0, out, settings)
-    rebuild_atlas(bag, options)
+    with Bag(bag) as opened:
+        rebuild_atlas(opened, options)
     return options.atlas
 
 

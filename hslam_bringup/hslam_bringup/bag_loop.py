@@ -3,7 +3,6 @@
 With the run's own parameters it is the run's atlas, bit for bit; with others it shows what they would have made of it.
 """
 
-from pathlib import Path
 from typing import Any
 
 from rclpy.serialization import deserialize_message
@@ -47,15 +46,15 @@ class BagLoop:
         self.atlas.step(events, mapped.edge_maps, mapped.links)
 
 
-def rebuild_atlas(bag_path: Path, options: RunOptions) -> int:
-    """Make ``options.atlas`` of a bag, with ``options.settings`` for ekf and atlas; return how many cycles there were.
+def rebuild_atlas(bag: Bag, options: RunOptions) -> int:
+    """Make ``options.atlas`` of an open bag, with ``options.settings`` for ekf and atlas; return the number of cycles.
 
     Raises BagError if the bag is damaged or lacks a topic, ConfigurationError on a bad setting.
     """
-    with Bag(bag_path) as bag, AtlasStore(options.atlas) as store:
+    with AtlasStore(options.atlas) as store:
         for topic in TOPICS:
             if not bag.counts.get(topic):
-                raise BagError(bag_path, f"topic {topic}", "is not in the bag, and no atlas is made without it")
+                raise BagError(bag.path, f"topic {topic}", "is not in the bag, and no atlas is made without it")
         loop = BagLoop(
             EkfServer(EkfConfig.from_mapping(options.node_settings("ekf"))),
             AtlasServer(AtlasConfig.from_mapping(options.node_settings("atlas") | {"mission": "none"}), store),

@@ -172,10 +172,10 @@ def rebuild(
 
     options = RunOptions("", 0, out, parse_settings(settings or (), ("ekf", "atlas")))
     check_settings(options.settings, ALGORITHMS)
-    with Bag(bag):  # the earlier atlas goes only for one that can be made
+    with Bag(bag) as opened:  # the earlier atlas goes only for one that can be made
         prepare_output(out, force=force, results=ATLAS_FILES)
-    with console.status(f"reading {bag}"):
-        cycles = rebuild_atlas(bag, options)
+        with console.status(f"reading {bag}"):
+            cycles = rebuild_atlas(opened, options)
     console.print(f"{cycles} cycles, the atlas is {options.atlas}")
 
 
