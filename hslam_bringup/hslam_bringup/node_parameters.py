@@ -1,6 +1,7 @@
 """The parameters of the nodes of a run, so that a slip in a setting is told before anything is started or replaced."""
 
 from collections.abc import Iterator, Mapping
+from dataclasses import fields
 from typing import Any
 
 from hslam_atlas.atlas_node import AtlasNodeConfig
@@ -10,12 +11,9 @@ from hslam_ekf.config import EkfConfig
 from hslam_ekf.ekf_node import EkfNodeConfig
 from hslam_gvg.config import GvgConfig
 from hslam_gvg.gvg_node import GvgNodeConfig
-from hslam_sim.base_configuration import BaseConfiguration
-from hslam_sim.battery import BatteryConfiguration
 from hslam_sim.landmark_sensor import LandmarkConfiguration
 from hslam_sim.run_configuration import RunConfiguration
-from hslam_sim.simulation import ClockConfiguration
-from hslam_sim.sonar_configuration import SonarConfiguration
+from hslam_sim.simulation import SimulationConfiguration
 from hslam_types.config import Configuration, Parameter, check
 from hslam_types.errors import ConfigurationError
 from scout_driver import scout_emulator
@@ -25,14 +23,10 @@ from scout_driver.emulator.config import EmulatorConfig, FaultConfig
 Grouped = tuple[tuple[str, type[Configuration]], ...]
 """Configurations, each with the prefix of its parameters' names."""
 
+_SIMULATED = SimulationConfiguration()
+
 ALGORITHMS: Mapping[str, Grouped] = {
-    "sim": (
-        ("clock.", ClockConfiguration),
-        ("base.", BaseConfiguration),
-        ("sonar.", SonarConfiguration),
-        ("landmarks.", LandmarkConfiguration),
-        ("battery.", BatteryConfiguration),
-    ),
+    "sim": tuple((f"{part.name}.", type(getattr(_SIMULATED, part.name))) for part in fields(_SIMULATED)),
     "gvg": (("", GvgConfig),),
     "ekf": (("", EkfConfig),),
     "atlas": (("", AtlasConfig),),
