@@ -89,7 +89,7 @@ def install(ros: Path | None, lock: Path) -> None:
     run([sys.executable, "-m", "venv", str(VENV)], clean_environment(VENV, ros), "making .venv")
     say(f"installing {lock.relative_to(ROOT)} into .venv; this takes a minute or two")
     pip = [str(VENV / "bin" / "python"), "-m", "pip", "install", "--quiet", "--no-input", "--no-compile"]
-    pip += ["--disable-pip-version-check", "--no-build-isolation", "--use-pep517", "--require-hashes"]
+    pip += ["--disable-pip-version-check", "--no-build-isolation", "--use-pep517", "--no-deps", "--require-hashes"]
     for locked in (lock.with_name("setuptools.lock"), lock):
         run([*pip, "-r", str(locked)], clean_environment(VENV, ros), f"installing {locked.name}")
     # pip compiles on one core; this uses all.
