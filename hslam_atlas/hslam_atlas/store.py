@@ -18,6 +18,7 @@ from hslam_atlas.errors import StoreError
 from hslam_atlas.graph import AtlasGraph
 from hslam_atlas.questions import Question
 from hslam_atlas.schema import TABLES, VERSION
+from hslam_atlas.store_file import connect_to_read
 from hslam_atlas.store_rows import read_graph, read_questions, write_graph, write_questions
 from hslam_types.edge_map import EdgeMap
 from hslam_types.edge_map_transform import reverse
@@ -28,24 +29,33 @@ _MAPS_KEPT = 64
 class AtlasStore:
     """An atlas file, or, without a path, the same in memory."""
 
-    def __init__(self, path: Path | None = None, *, create: bool = True) -> None:
+    def __init__(self, path: Path | None = None, *, create: bool = True, write: bool = True) -> None:
         """Open, or create unless told not to; raises StoreError where the file is not an atlas of this version.
 
-        A file of something else is left as it is.
+        A file of something else is left as it is.  Without ``write`` see `reading`.
         """
         self._path = path
         self._cache: OrderedDict[tuple[int, int], EdgeMap] = OrderedDict()
+        create = create and write
         if path is not None and not create and not path.is_file():
             raise StoreError(f"{path}: no such file")
         with self._told("cannot be opened as an atlas"):
-            if path is not None:
+            if path is not None and create:
                 path.parent.mkdir(parents=True, exist_ok=True)
-            self._db = sqlite3.connect(str(path) if path is not None else ":memory:")
+            if path is not None and not write:
+                self._db = connect_to_read(path)
+            else:
+                self._db = sqlite3.connect(str(path) if path is not None else ":memory:")
         try:
             self._take_up(create=create)
         except StoreError:
             self._db.close()
             raise
+
+    @classmethod
+    def reading(cls, path: Path) -> Self:
+        """Open an atlas as it is now, to read alone: nothing is created or changed, whoever writes it meanwhile."""
+        return cls(path, write=False)
 
     def _take_up(self, *, create: bool) -> None:
         """Check that the database is an atlas; make one of an empty one."""

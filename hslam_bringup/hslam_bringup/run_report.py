@@ -38,7 +38,7 @@ def report_run(options: RunOptions, end: RunEnd, wall_time_s: float) -> dict[str
     """
     world = load_world(options.world, landmark_seed=options.seed)
     log = read_log(options.bag)
-    with AtlasStore(options.atlas) as store:
+    with AtlasStore.reading(options.atlas) as store:
         graph, _ = store.load()
         explored = explored_graph(graph, log)
         maps = placed_maps(store, graph, explored, log)
