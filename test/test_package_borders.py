@@ -1,6 +1,7 @@
 """The packages' borders: what a package imports it declares, and imports go one way only."""
 
 import ast
+import re
 import sys
 import xml.etree.ElementTree as ET
 from pathlib import Path
@@ -80,6 +81,13 @@ def test_a_package_declares_nothing_of_the_suite_that_it_does_not_use(name: str)
     launched = "".join(path.read_text() for path in sorted(folder.rglob("*.py")))
     unused = {other for other in declared(folder, "depend", "exec_depend") & PACKAGES.keys() if other not in launched}
     assert not unused
+
+
+@pytest.mark.parametrize("name", PYTHON)
+def test_yaml_is_read_in_one_place(name: str) -> None:
+    reads = re.compile(r"yaml\.(\w*load\w*|\w*Loader)\b")
+    modules = {path.name for path in (PACKAGES[name] / name).rglob("*.py") if reads.search(path.read_text())}
+    assert modules <= {"strict_yaml.py"}, "hslam_types.strict_yaml.load_yaml refuses what PyYAML lets through"
 
 
 @pytest.mark.parametrize("name", sorted(SOME))

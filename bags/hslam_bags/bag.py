@@ -8,7 +8,6 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, NamedTuple, Self
 
-import yaml
 from backports import zstd
 
 from hslam_bags.errors import BagError
@@ -17,6 +16,7 @@ from hslam_bags.metadata import FILE_NAME
 from hslam_bags.sqlite_storage import SqliteStorage
 from hslam_bags.stored import Storage, StoredMessage, StoredTopic, in_time_order
 from hslam_bags.topic_choice import TopicChoice
+from hslam_types.strict_yaml import YamlError, load_yaml
 
 REPAIR_HINT = "what is readable: hslam bag repair"
 _ENDINGS = (".mcap", ".db3", ".mcap.zstd", ".db3.zstd")
@@ -184,7 +184,7 @@ def _read_metadata(directory: Path) -> _Listed:
     """Read metadata.yaml of any version; BagError if it is missing or is none."""
     path = directory / FILE_NAME
     try:
-        content: Any = yaml.safe_load(path.read_text(encoding="utf-8"))["rosbag2_bagfile_information"]
+        content: Any = load_yaml(path.read_text(encoding="utf-8"))["rosbag2_bagfile_information"]
         files = [directory / Path(str(name)).name for name in content["relative_file_paths"]]
         custom = {str(key): str(value) for key, value in (content.get("custom_data") or {}).items()}
         return _Listed(files, str(content.get("compression_mode") or "").lower(), custom)
@@ -192,9 +192,8 @@ def _read_metadata(directory: Path) -> _Listed:
         raise BagError(path, "", "is missing") from error
     except OSError as error:
         raise BagError(path, "", f"cannot be read: {error.strerror}") from error
-    except yaml.YAMLError as error:
-        mark = getattr(error, "problem_mark", None)
-        raise BagError(path, f"line {mark.line + 1}" if mark else "", "is not YAML") from error
+    except YamlError as error:
+        raise BagError(path, f"line {error.line}" if error.line else "", f"is not YAML: {error.problem}") from error
     except (KeyError, TypeError, AttributeError, UnicodeDecodeError) as error:
         raise BagError(path, "", f"is no rosbag2 metadata: {error!r}") from error
 

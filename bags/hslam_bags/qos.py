@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-import yaml
+from hslam_types.strict_yaml import YamlError, load_yaml
 
 INFINITE_NS = 2**63 - 1
 """How rmw writes "no limit" for deadline, lifespan and lease duration."""
@@ -57,8 +57,8 @@ def _time(name: str, value_ns: int) -> tuple[str, str, str]:
 def qos_from_yaml(stored: Any) -> tuple[OfferedQos, ...]:
     """Read what any rosbag2 version stored: a sequence or its text, in words or rmw's numbers; else ValueError."""
     try:
-        entries = yaml.safe_load(stored) if isinstance(stored, str) else stored
-    except yaml.YAMLError as error:
+        entries = load_yaml(stored) if isinstance(stored, str) else stored
+    except YamlError as error:
         raise ValueError(f"offered_qos_profiles is not YAML: {error}") from error
     if not entries:
         return ()

@@ -7,9 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from hslam_bringup.errors import RunError
+from hslam_types.strict_yaml import YamlError, load_yaml
 
 LEVELS = ("gvg", "ekf", "atlas")
 BASES = {"sim": ("sim",), "scout": ("scout_emulator", "scout")}
@@ -75,9 +74,9 @@ def parse_settings(assignments: Sequence[str], nodes: Sequence[str]) -> dict[str
         if name in SET_BY_THE_RUN:
             raise RunError(f"--set {assignment}: '{name}' is not a setting of a run (see --help for its options)")
         try:
-            settings.setdefault(node, {})[name] = yaml.safe_load(text)
-        except yaml.YAMLError as error:
-            raise RunError(f"--set {assignment}: the value is not YAML ({error.__class__.__name__})") from error
+            settings.setdefault(node, {})[name] = load_yaml(text)
+        except YamlError as error:
+            raise RunError(f"--set {target}: the value is not YAML ({error})") from error
     return settings
 
 

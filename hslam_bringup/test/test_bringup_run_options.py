@@ -9,8 +9,9 @@ from hslam_bringup.run_options import ATLAS_FILES, parse_settings, prepare_outpu
 
 
 def test_settings_are_yaml_by_node() -> None:
-    settings = parse_settings(["ekf.accept_gate=9", "sim.sonar.noise_fraction=0.1", "ekf.other=[1, 2]"], ("sim", "ekf"))
-    assert settings == {"ekf": {"accept_gate": 9, "other": [1, 2]}, "sim": {"sonar.noise_fraction": 0.1}}
+    given = ["ekf.accept_gate=9", "sim.sonar.noise_fraction=1e-3", "ekf.other=[1, 2]"]
+    settings = parse_settings(given, ("sim", "ekf"))
+    assert settings == {"ekf": {"accept_gate": 9, "other": [1, 2]}, "sim": {"sonar.noise_fraction": 0.001}}
 
 
 @pytest.mark.parametrize(
@@ -21,6 +22,9 @@ def test_settings_are_yaml_by_node() -> None:
         ("scout.watchdog_s=1.0", "one of sim, ekf"),
         ("sim.seed=2", "'seed' is not a setting"),
         ("ekf.accept_gate=[", "not YAML"),
+        ("ekf.accept_gate=" + "9" * 5000, "the value is no int"),
+        ("ekf.accept_gate=" + "[" * 5000, "nested deeper"),
+        ("ekf.accept_gate={a: 1, a: 2}", "'a' is given twice"),
     ],
 )
 def test_a_setting_that_would_do_nothing_or_harm_is_refused(assignment: str, told: str) -> None:

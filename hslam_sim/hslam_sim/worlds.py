@@ -6,11 +6,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 
 from hslam_sim import floor_plan, raster_floor, raster_map, wall_landmarks
 from hslam_sim.world import World, WorldError
 from hslam_types.errors import ConfigurationError
+from hslam_types.strict_yaml import YamlError, load_yaml
 
 PACKAGE = "hslam_sim"
 
@@ -59,11 +59,11 @@ def find_world(name_or_path: str) -> Path:
 
 def _read(path: Path) -> Mapping[str, Any]:
     try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+        content = load_yaml(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError) as error:
         raise WorldError(f"{path}: cannot be read ({error})") from None
-    except yaml.YAMLError as error:
-        raise WorldError(f"{path}: is not YAML ({' '.join(str(error).split())})") from None
+    except YamlError as error:
+        raise WorldError(f"{path}: is not YAML ({error})") from None
     if not isinstance(content, dict):
         raise WorldError(f"{path}: must be a mapping: a floor plan (corridors) or a map_server map (image)")
     return content
