@@ -37,14 +37,15 @@ WITHOUT_KEY = {"gtsam", "mcap", "mcap_ros2"}
 """Modules rosdep does not know; where ROS comes from apt they need pip, as the README says."""
 
 SOME = {
-    "hslam_gvg": {"hslam_types", "hslam_ros", "hslam_msgs"},
+    "hslam_gvg": {"hslam_types", "hslam_ros", "hslam_msgs", "hslam_voronoi"},
     "hslam_ekf": {"hslam_types", "hslam_ros", "hslam_msgs"},
     "hslam_atlas": {"hslam_types", "hslam_ros", "hslam_msgs"},
     "hslam_report": {"hslam_types", "hslam_sim"},
     "scout_driver": {"hslam_types", "hslam_ros", "hslam_msgs", "hslam_sim"},
-    "hslam_sim": {"hslam_types", "hslam_ros", "hslam_msgs"},
+    "hslam_sim": {"hslam_types", "hslam_ros", "hslam_msgs", "hslam_voronoi"},
     "hslam_bags": {"hslam_types", "hslam_ros", "hslam_msgs"},
     "hslam_types": set[str](),
+    "hslam_voronoi": {"hslam_types"},
     "hslam_ros": {"hslam_types", "hslam_msgs"},
 }
 """What of the suite a package may import; the packages not named here may import all."""

@@ -5,13 +5,13 @@ import math
 
 import numpy as np
 
-from hslam_sim.truth.branch_graph import BranchGraph
 from hslam_sim.truth.gvg import TrueEdge, TrueGvg, TrueKind, TrueNode
 from hslam_sim.truth.matching import match
 from hslam_sim.truth.reduction import reduced
 from hslam_sim.truth.rules import Rules
 from hslam_sim.truth.skeleton import Ridges, reachable, wall_ridges
 from hslam_sim.world import World
+from hslam_voronoi.branch_graph import BranchGraph
 
 REACH_MARGIN_M = 0.06
 NOISE_M = 0.02
