@@ -98,17 +98,22 @@ class AtlasServer:
 
     def _enter(self, event: GvgEvent, edge_maps: tuple[EdgeMap, ...], links: tuple[FrameLink, ...]) -> bool:
         """Enter one event; return whether the atlas has changed."""
+        begins = event.kind in (EventKind.ACCESS, EventKind.DEPARTURE)
+        # What is under way when another traversal begins has ended without a word.
+        broken_off = begins and self.mapper.underway is not None
+        if broken_off:
+            self.mapper.lose()
         if event.kind is EventKind.DEPARTURE:
             self._waiting = False
             self.mapper.depart(event, next((link for link in links if link.departure == event.sequence), None))
-            return False
+            return broken_off
         self._finished = False
         if event.kind is EventKind.ARRIVAL:
             self.mapper.arrive(event, next((m for m in edge_maps if m.arrival == event.sequence), None))
         elif event.kind is EventKind.LOST:
             self.mapper.lose()
         else:
-            return False
+            return broken_off
         self._waiting = True
         return True
 

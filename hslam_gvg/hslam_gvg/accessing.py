@@ -6,7 +6,6 @@ from hslam_gvg.closest_points import closest_points
 from hslam_gvg.control import access, drive
 from hslam_gvg.situation import Situation
 from hslam_gvg.states import GvgState
-from hslam_types.gvg_events import EventKind
 from hslam_types.se2 import wrap
 from hslam_types.sensing import Velocity
 
@@ -56,6 +55,6 @@ class Accessing:
         now.heading = min(free or ways, key=lambda way: abs(wrap(way - heading)), default=heading)
         now.journey.begin(x, y)
         now.tries = 0
-        now.announce(EventKind.ACCESS)
+        now.announcements.access()
         now.enter(GvgState.RESUMING)
         return Velocity()

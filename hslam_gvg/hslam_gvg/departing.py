@@ -5,7 +5,6 @@ import math
 from hslam_gvg.motion import turn_to
 from hslam_gvg.situation import Situation
 from hslam_gvg.states import GvgError, GvgState
-from hslam_types.gvg_events import EventKind
 from hslam_types.se2 import wrap
 from hslam_types.sensing import Velocity
 
@@ -42,7 +41,7 @@ class Departing:
         bearing = node.bearings_in_odom[self._branch]
         if abs(wrap(bearing - now.pose.theta)) > ALIGNED:
             return self._turn(bearing)
-        now.announce(EventKind.DEPARTURE, node, self._branch)
+        now.announcements.depart(node, self._branch)
         now.handled = [(node.x_in_odom, node.y_in_odom, now.map.travel_m + now.config.suppress_travel_m)]
         now.doubts.clear()
         now.node = None

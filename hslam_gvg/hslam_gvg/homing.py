@@ -7,7 +7,7 @@ from hslam_gvg.probe import Probe
 from hslam_gvg.reduced_graph import ReducedNode
 from hslam_gvg.situation import Situation
 from hslam_gvg.states import GvgState
-from hslam_types.gvg_events import EventKind, NodeKind, NodeView
+from hslam_types.gvg_events import NodeKind, NodeView
 from hslam_types.se2 import wrap
 from hslam_types.sensing import Velocity
 
@@ -59,7 +59,7 @@ class Homing:
         now.node = NodeView(kind, node.x, node.y, node.clearance_m, node.bearings)
         back = now.journey.came_from(node.x, node.y, now.config.chord_m)
         branch = -1 if back is None else now.node.nearest_branch(back)
-        now.announce(EventKind.ARRIVAL, now.node, branch, now.journey.length_m)
+        now.announcements.arrive(now.node, branch, now.journey.length_m)
         now.target = None
         now.enter(GvgState.IDLE)
         return Velocity()

@@ -19,7 +19,7 @@ from hslam_gvg.stall import StallWatch
 from hslam_gvg.states import GvgError, GvgOutput, GvgState
 from hslam_gvg.straight import Straight
 from hslam_gvg.tracing import Tracing
-from hslam_types.gvg_events import EventKind, GoalKind, GvgGoal, NodeView
+from hslam_types.gvg_events import GoalKind, GvgGoal, NodeView
 from hslam_types.se2 import SE2, wrap
 from hslam_types.sensing import OdometrySample, SonarSweep, Velocity
 
@@ -32,8 +32,6 @@ class GvgServer:
     def __init__(self, config: GvgConfig | None = None) -> None:
         """Start idle, knowing nothing."""
         self.config = config or GvgConfig()
-        self._lost = False
-        """Whether a reset has ended what the next step is to announce as lost."""
         self._forget(Situation(self.config))
 
     def _forget(self, now: Situation) -> None:
@@ -79,7 +77,7 @@ class GvgServer:
     @property
     def path_length_m(self) -> float:
         """The length of the traversal under way, so far; 0 without one."""
-        return self._now.journey.length_m if self._now.traversing else 0.0
+        return self._now.journey.length_m if self._now.announcements.traversing else 0.0
 
     @property
     def distance_left_m(self) -> float:
@@ -92,10 +90,11 @@ class GvgServer:
         If a goal or a traversal was under way the next step announces LOST, so that nobody waits for its end; a goal
         given before that step is begun in the one after.
         """
-        before = self._now
-        self._lost |= before.traversing or before.state is not GvgState.IDLE or self.next_goal is not None
-        now = Situation(self.config)
-        now.stamp_ns, now.sequence = before.stamp_ns, before.sequence
+        before, announcements = self._now, self._now.announcements
+        if not announcements.untold and (before.state is not GvgState.IDLE or self.next_goal is not None):
+            announcements.lose()
+        now = Situation(self.config, announcements)
+        now.stamp_ns = before.stamp_ns
         self._forget(now)
 
     def start(self, goal: GvgGoal, decided_ns: int | None = None) -> None:
@@ -116,21 +115,23 @@ class GvgServer:
         dropped = self._begin_goal()
         now = self._now
         now.begin(odom)
-        if self._lost:
-            self._lost = False
-            now.announce(EventKind.LOST)
         self._hear(odom, sonar)
         if self._stall.sees(odom):
             self._recovery.held(self._stall.direction)
         wanted = self._states[now.state]()
         command = self._safe(wanted)
-        return GvgOutput(command, tuple(now.events), now.state, dropped)
+        return GvgOutput(command, now.announcements.tell(odom.stamp_ns), now.state, dropped)
 
     def _begin_goal(self) -> str:
         """Begin the goal taken, unless its time comes later; return why it cannot be begun, empty if it can."""
-        goal = self.next_goal
-        early = self._decided_ns is not None and self._now.stamp_ns <= self._decided_ns
-        if goal is None or early or self._lost:
+        goal, now = self.next_goal, self._now
+        early = self._decided_ns is not None and now.stamp_ns <= self._decided_ns
+        # What has ended is announced in a step of its own, lest its end be taken for that of the goal to begin.
+        if goal is None or early or now.announcements.untold:
+            return ""
+        if now.announcements.traversing and goal.kind is not GoalKind.TRACE:
+            now.enter(GvgState.IDLE)
+            self._stall.reset()
             return ""
         self.next_goal = None
         if goal.kind is GoalKind.TRACE:
@@ -139,12 +140,12 @@ class GvgServer:
             except GvgError as error:
                 return str(error)
         elif goal.kind is GoalKind.ACCESS:
-            self._now.node = None
-            self._now.enter(GvgState.LISTENING)
+            now.node = None
+            now.enter(GvgState.LISTENING)
         elif goal.kind is GoalKind.STRAIGHT:
             self._straight.begin(goal.x_in_odom, goal.y_in_odom)
         else:
-            self._now.enter(GvgState.IDLE)
+            now.enter(GvgState.IDLE)
         self._stall.reset()
         return ""
 

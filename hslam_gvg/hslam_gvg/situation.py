@@ -2,15 +2,16 @@
 
 import math
 
+from hslam_gvg.announcements import Announcements
 from hslam_gvg.config import GvgConfig
 from hslam_gvg.journey import Journey
 from hslam_gvg.node_detector import NodeDetector
 from hslam_gvg.obstacle_map import ObstacleMap
 from hslam_gvg.obstructions import Obstructions
 from hslam_gvg.reduced_graph import ReducedGraph, ReducedNode
-from hslam_gvg.states import GvgError, GvgState
+from hslam_gvg.states import ON_EDGE, GvgError, GvgState
 from hslam_gvg.trail import Trail
-from hslam_types.gvg_events import EventKind, GvgEvent, NodeView
+from hslam_types.gvg_events import NodeView
 from hslam_types.se2 import SE2
 from hslam_types.sensing import OdometrySample
 
@@ -20,9 +21,10 @@ STUCK_S = 4.0
 class Situation:
     """The robot in its surroundings at one step; positions (m) and directions (rad) are in odom."""
 
-    def __init__(self, config: GvgConfig) -> None:
-        """Start idle, knowing nothing."""
+    def __init__(self, config: GvgConfig, announcements: Announcements | None = None) -> None:
+        """Start idle, knowing nothing; ``announcements`` goes on from an earlier situation's."""
         self.config = config
+        self.announcements = announcements or Announcements()
         self.map = ObstacleMap(config)
         self.detector = NodeDetector(config)
         self.journey = Journey()
@@ -51,17 +53,11 @@ class Situation:
         """Where on this edge a node was looked for in vain."""
         self.blocked = False
         """Whether the last command was stopped."""
-        self.events: list[GvgEvent] = []
-        """What this step has to announce."""
-        self.sequence = 0
-        """Number of the next event."""
-        self.traversing = False
-        """Whether the last event began a traversal, which no event has ended."""
         self._since_ns = self._free_ns = 0
 
     def begin(self, odom: OdometrySample) -> None:
         """Begin a step."""
-        self.pose, self.stamp_ns, self.events = odom.base_in_odom, odom.stamp_ns, []
+        self.pose, self.stamp_ns = odom.base_in_odom, odom.stamp_ns
         self.trail.advance(self.pose.x, self.pose.y)
 
     def end(self, *, blocked: bool) -> None:
@@ -71,19 +67,15 @@ class Situation:
             self._free_ns = self.stamp_ns
 
     def enter(self, state: GvgState) -> None:
-        """Change over to a state."""
+        """Change over to a state; a traversal that has not arrived when the robot leaves its edge is lost."""
+        if self.announcements.traversing and state not in ON_EDGE:
+            self.announcements.lose()
         self.state, self._since_ns, self._free_ns = state, self.stamp_ns, self.stamp_ns
         self.course = None
 
-    def announce(self, kind: EventKind, node: NodeView | None = None, branch: int = -1, length_m: float = 0.0) -> None:
-        """Add an event to this step's."""
-        self.events.append(GvgEvent(self.sequence, self.stamp_ns, kind, node, branch, length_m))
-        self.sequence += 1
-        self.traversing = kind in (EventKind.ACCESS, EventKind.DEPARTURE)
-
     def lose(self) -> None:
-        """Give up what was under way."""
-        self.announce(EventKind.LOST)
+        """Give up what was under way, traversal or goal."""
+        self.announcements.lose()
         self.enter(GvgState.IDLE)
 
     def waited_s(self) -> float:

@@ -29,6 +29,20 @@ class GvgState(Enum):
     STRAIGHT = "straight"
 
 
+ON_EDGE = frozenset(
+    {
+        GvgState.TRACING,
+        GvgState.HOMING,
+        GvgState.PROBING,
+        GvgState.SETTLING,
+        GvgState.RESUMING,
+        GvgState.BACKING,
+        GvgState.RECOILING,
+    }
+)
+"""The states in which a traversal may be under way; in any other one none is."""
+
+
 @dataclass(frozen=True, slots=True)
 class GvgOutput:
     """The answer to one step."""

@@ -135,7 +135,7 @@ def test_a_base_that_does_not_come_round_is_lost() -> None:
     assert departing.resume().turn > 0.0
     now.stamp_ns += round(11.0 * STUCK_S * 1e9)
     assert departing.resume() == Velocity()
-    assert [event.kind for event in now.events] == [EventKind.LOST]
+    assert [event.kind for event in now.announcements.tell(now.stamp_ns)] == [EventKind.LOST]
     assert now.state is GvgState.IDLE
 
 
@@ -151,7 +151,7 @@ def test_an_access_that_is_held_again_and_again_is_given_up() -> None:
     recovery.held(1.0)
     recovery.held(-1.0)
     assert now.state is GvgState.IDLE
-    assert [event.kind for event in now.events] == [EventKind.LOST]
+    assert [event.kind for event in now.announcements.tell(now.stamp_ns)] == [EventKind.LOST]
 
 
 def test_in_the_open_the_gvg_is_taken_for_reached() -> None:

@@ -113,6 +113,25 @@ def test_a_goal_sent_again_is_the_goal_under_way(pair: Pair) -> None:
     assert pair.result(again).message == "reset"
 
 
+def test_a_goal_in_the_middle_of_an_edge_is_not_answered_by_the_loss_that_it_brings(pair: Pair) -> None:
+    pair.cycle()
+    pair.stand_at_node()
+    trace = pair.send(pair.rest.trace, TraceEdge.Goal(branch=0))
+    pair.cycle()
+    straight = pair.send(pair.rest.straight, DriveStraight.Goal(target=Point(x=2.0)))
+    assert pair.result(trace).message == "a new goal took its place"
+    for state in ("idle", "straight"):
+        pair.cycle()
+        assert pair.rest.statuses[-1].state == state
+    pair.spin_until(lambda: len(pair.rest.events) > 1)
+    assert [event.kind for event in pair.rest.events] == [GvgEvent.DEPARTURE, GvgEvent.LOST]
+    access = pair.send(pair.rest.access, AccessGvg.Goal())
+    assert pair.result(straight).message == "a new goal took its place"
+    pair.wait(access.cancel_goal_async())
+    pair.cycle()
+    assert pair.result(access).message == "cancelled"
+
+
 def test_a_goal_dropped_is_answered_and_the_node_lives_on(pair: Pair) -> None:
     pair.cycle()
     pair.stand_at_node()
