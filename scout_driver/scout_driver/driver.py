@@ -162,13 +162,14 @@ class ScoutDriver:
         self._line = None
         self._cycles_to_attempt = round(self._config.reconnect_s / self._config.cycle_s)
         self._standing = False
-        self.guard.forget_command()
 
     def _begin_setup(self) -> None:
+        """Set the base up from scratch, beginning with a stop; what was asked for before is forgotten."""
         config = self._config
         units = speed_units(config.wheel_acceleration_m_s2)
         self._standing = False
         self._ramp.halt()
+        self.guard.forget_command()
         self._setup = deque(
             (
                 Command(CommandKind.STOP),

@@ -20,6 +20,7 @@ class Hold(Enum):
     LINE = "no answer from the base"
     BUMPER = "bumper"
     EMERGENCY_STOP = "emergency stop"
+    EMERGENCY_RELEASED = "emergency stop released, first command to stand still"
     DISABLED = "not active"
     LIMP = "limp"
 
@@ -35,7 +36,7 @@ class MotionGuard:
         self._answered_s = -math.inf
         self._pressed = False
         self._contact_s = self._contact_began_s = -math.inf
-        self._emergency = False
+        self._emergency = self._released = False
         self.enabled = False
         """Whether commands are obeyed at all (the node is active)."""
         self.limp = False
@@ -45,7 +46,12 @@ class MotionGuard:
         self._was_moving = False
 
     def command(self, velocity: Velocity, now_s: float) -> None:
-        """Take a new command (m/s, rad/s); values that are not finite count as a command to stand still."""
+        """Take a new command (m/s, rad/s); values that are not finite count as a command to stand still.
+
+        A released emergency stop goes on holding until somebody has said to stand still: a commander that
+        talked on all the while must not set the base in motion by the hand on the button.
+        """
+        self._released = self._released and velocity != STILL
         finite = math.isfinite(velocity.forward) and math.isfinite(velocity.turn)
         self._command = self._clamped(velocity) if finite else STILL
         self._commanded_s = now_s
@@ -64,8 +70,7 @@ class MotionGuard:
         if pressed:
             self._contact_began_s = self._contact_began_s if self._pressed else now_s
             self._contact_s = now_s
-        if emergency and not self._emergency:
-            self.forget_command()
+        self._released = not emergency and (self._released or self._emergency)
         self._pressed, self._emergency = pressed, emergency
 
     def hold(self, now_s: float) -> Hold | None:
@@ -74,6 +79,7 @@ class MotionGuard:
             Hold.DISABLED: not self.enabled,
             Hold.LIMP: self.limp,
             Hold.EMERGENCY_STOP: self._emergency,
+            Hold.EMERGENCY_RELEASED: self._released,
             Hold.LINE: now_s - self._answered_s > self._config.line_timeout_s,
             Hold.NO_COMMAND: now_s - self._commanded_s > self._config.command_timeout_s,
             Hold.BUMPER: now_s - self._contact_began_s < self._config.bumper_stop_s

@@ -66,7 +66,7 @@ def _base_status(driver: ScoutDriver, state: State | None) -> DiagnosticStatus:
     if state is None:
         return _status("scout: base", DiagnosticStatus.STALE, "no state yet", {})
     level, message = DiagnosticStatus.OK, "ok"
-    if hold in (Hold.EMERGENCY_STOP, Hold.BUMPER):
+    if hold in (Hold.EMERGENCY_STOP, Hold.EMERGENCY_RELEASED, Hold.BUMPER):
         level, message = DiagnosticStatus.ERROR, f"held: {hold.value}"
     elif state.motor_status.battery == 0:
         level, message = DiagnosticStatus.WARN, "battery low"

@@ -1,81 +1,23 @@
 """Driver and emulated base on a virtual clock: motion, safety, recovery, and every fault."""
 
 import math
-from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scout_bench import FORWARD, STOPPING_M, Bench, Wall
 
 from hslam_types.se2 import SE2, wrap
 from hslam_types.sensing import Velocity
 from scout_driver.config import DriverConfig
-from scout_driver.driver import Reading, ScoutDriver
 from scout_driver.emulator.base import EmulatedBase
 from scout_driver.emulator.config import EmulatorConfig, FaultConfig
-from scout_driver.emulator.faults import Faults
 from scout_driver.emulator.floor import EmptyPlane
-from scout_driver.emulator.line import EmulatedLine
-from scout_driver.emulator.loopback import VirtualClock, opener, wait_until
+from scout_driver.emulator.loopback import wait_until
 from scout_driver.motion_guard import Hold
 from scout_driver.protocol.commands import Command, CommandKind, wheel_command
 from scout_driver.protocol.replies import STATE_REPLIES, state_from_frame
-
-
-class Wall(EmptyPlane):
-    """A plane with a wall across x = 1 m, met by the body without any radius."""
-
-    def range_m(self, sensor: int) -> float:
-        """Hear the wall straight ahead, wherever the sensor looks."""
-        del sensor
-        return max(0.2, 1.0 - self.true_pose.x)
-
-    @property
-    def bumped(self) -> bool:
-        """Whether the wall is met."""
-        return self.true_pose.x >= 1.0 and sum(self.wheels) > 0.01
-
-
-@dataclass
-class Bench:
-    """One driver, one base, one clock."""
-
-    config: DriverConfig = field(default_factory=DriverConfig)
-    emulator: EmulatorConfig = field(default_factory=EmulatorConfig)
-    faults: FaultConfig = field(default_factory=FaultConfig)
-    floor: EmptyPlane = field(default_factory=EmptyPlane)
-    seed: int = 0
-
-    def __post_init__(self) -> None:
-        """Connect everything."""
-        self.base = EmulatedBase(self.floor, self.emulator)
-        self.line = EmulatedLine(self.base, self.emulator, Faults(self.faults, np.random.default_rng(self.seed)))
-        self.clock = VirtualClock()
-        self.driver = ScoutDriver(self.config, self.clock, opener(self.line, self.clock))
-        self.driver.enable()
-
-    def run(self, duration_s: float, command: Velocity | None) -> list[Reading]:
-        """Cycle for a time, with a command each cycle (None: nobody commands)."""
-        readings, end_s = [], self.clock.now() + duration_s
-        while self.clock.now() < end_s:
-            started_s = self.clock.now()
-            if command is not None:
-                self.driver.command(command)
-            if (reading := self.driver.cycle()) is not None:
-                readings.append(reading)
-            wait_until(self.line, self.clock, started_s + self.config.cycle_s)
-        return readings
-
-    @property
-    def speed(self) -> float:
-        """Fastest true wheel now (m/s)."""
-        return max(map(abs, self.floor.wheels))
-
-
-FORWARD = Velocity(0.25, 0.0)
-STOPPING_M = 0.25**2 / (2 * 0.9) + 0.01
-"""Way from 0.25 m/s to rest at the acceleration the driver gives the base, and the ticks."""
 
 
 def test_drives_where_it_is_told() -> None:
@@ -167,20 +109,6 @@ def test_a_bumper_may_be_told_to_hold_the_base_for_good() -> None:
     before = bench.floor.true_pose
     bench.run(3.0, Velocity(-0.2, 0.4))
     assert bench.floor.true_pose == before
-
-
-def test_an_emergency_stop_holds_and_does_not_resume_by_itself() -> None:
-    bench = Bench()
-    bench.run(2.0, FORWARD)
-    bench.base.emergency_stop = True
-    bench.run(1.0, FORWARD)
-    assert bench.driver.hold() is Hold.EMERGENCY_STOP
-    assert bench.speed == 0.0
-    bench.base.emergency_stop = False
-    bench.run(1.0, None)
-    assert bench.speed == 0.0
-    bench.run(1.0, FORWARD)
-    assert bench.speed > 0.2
 
 
 def test_disabling_stops_the_base_and_confirms_it() -> None:
@@ -299,7 +227,7 @@ def test_no_fault_moves_a_base_that_nobody_commands(kind: str, rate: float) -> N
 def test_after_any_fault_has_passed_the_driver_drives_again(kind: str) -> None:
     bench = Bench(faults=FaultConfig(**{kind: 0.1}, unplugged_s=0.5), seed=6)
     bench.run(10.0, FORWARD)
-    bench.line._faults = Faults(FaultConfig(), np.random.default_rng(0))
+    bench.silence(deaf=False)
     bench.run(4.0, FORWARD)
     readings = bench.run(2.0, FORWARD)
     assert len(readings) >= 30
