@@ -86,8 +86,10 @@ class CorridorFloor:
         return np.flatnonzero(seen)
 
 
-def furnish(corridors: tuple[Corridor, ...], rng: np.random.Generator, *, period_m: float = 0.0) -> CorridorFloor:
-    """Hang about one landmark a metre on the walls of axis-parallel corridors.
+def furnish(
+    corridors: tuple[Corridor, ...], rng: np.random.Generator, *, period_m: float = 0.0, gap_m: float = 1.0
+) -> CorridorFloor:
+    """Hang landmarks on the walls of axis-parallel corridors, ``gap_m`` apart on average.
 
     With ``period_m`` every straight stretch repeats one pattern: places that look alike.
     """
@@ -99,14 +101,15 @@ def furnish(corridors: tuple[Corridor, ...], rng: np.random.Generator, *, period
             length = math.dist(a, b)
             ux, uy = (b[0] - a[0]) / length, (b[1] - a[1]) / length
             for side in (-1.0, 1.0):
-                along = np.cumsum(0.6 + rng.exponential(0.4, size=int(length) * 2 + 8)) - corridor.width / 2.0
+                gaps = gap_m * (0.6 + rng.exponential(0.4, size=int(length) * 2 + 8))
+                along = np.cumsum(gaps) - corridor.width / 2.0
                 if period_m:
                     whole = [k * period_m + s for k in range(99) for s in pattern[pattern < period_m - 0.3].tolist()]
                     along = np.array(whole)
                 for s in along[along < length + corridor.width / 2.0].tolist():
                     off = side * corridor.width / 2.0
                     points.append((a[0] + ux * s - uy * off, a[1] + uy * s + ux * off))
-    cloud = np.array(points)
+    cloud = np.array(points).reshape(-1, 2)
     return CorridorFloor(corridors, cloud[~bare.inside(cloud, margin=-0.02)])
 
 

@@ -12,6 +12,8 @@ from hslam_types.gvg_events import EventKind, GoalKind, GvgEvent, GvgGoal, NodeK
 from hslam_types.se2 import SE2, Array, rotation, wrap
 
 _SEGMENT_M = 2.0
+_ONE_STOP_M = 0.7
+"""Stops on the way nearer than this to one another count as one place."""
 
 
 @dataclass(frozen=True)
@@ -28,6 +30,10 @@ class WalkNoise:
     landmark_missed: float = 0.05
     clutter: float = 0.03
     odom_drift: float = math.radians(1.0)
+    way_shut: float = 0.0
+    """A way is taken for shut midway: a boundary point is announced where there is none."""
+    walls_unheard: float = 0.0
+    """A view's clearance is read three to ten times too large."""
 
 
 @dataclass
@@ -58,9 +64,13 @@ class EdgeWalker:
     def __init__(self, floor: CorridorFloor, start: int, rng: np.random.Generator, noise: WalkNoise) -> None:
         self.floor, self.rng, self.noise = floor, rng, noise
         self.node = start
+        """The true node it is at; below zero where it stopped on the way."""
         self.path_length_m = 0.0
         self.true_node: dict[int, int] = {}
         """True node of every arrival, by event sequence."""
+        self._ways = floor.leaving(start)
+        self._place: Point = floor.nodes[start]
+        self._stops: list[Point] = []
         self.losses = 0
         self._sequence = 0
         self._clock = 0
@@ -122,7 +132,7 @@ class EdgeWalker:
         departure = self._event(EventKind.DEPARTURE, self._view, branch)
         steps = [Step(departure.stamp_ns, (departure,), (), self._links(departure, self._bearings[branch]))]
         real = self._real[branch]
-        ways = self.floor.leaving(self.node)
+        ways = self._ways
         if real is None:  # an invented branch: the nearest real one, or lost
             if self.rng.random() < 0.5:
                 lost = self._event(EventKind.LOST)
@@ -133,6 +143,9 @@ class EdgeWalker:
         frame = SE2(*self._centre, self._bearings[branch])
         _, _, line, there = ways[real]
         came_from = ways[real][0]
+        if self.noise.way_shut and self.node >= 0 and self.rng.random() < self.noise.way_shut:
+            full = self._stop_on(line, came_from)
+            return [*steps, self._come(frame, full, departure)]
         full = list(line)
         while len(self.floor.leaving(there)) > 2 and self.rng.random() < self.noise.node_missed:
             heading = math.atan2(full[-1][1] - full[-2][1], full[-1][0] - full[-2][0])
@@ -140,10 +153,35 @@ class EdgeWalker:
             way = min(onward, key=lambda w: abs(wrap(w[1] - heading)))
             full += list(way[2][1:])
             came_from, there = way[0], way[3]
+        self.node, self._ways, self._place = there, self.floor.leaving(there), self.floor.nodes[there]
+        return [*steps, self._come(frame, full, departure)]
+
+    def _stop_on(self, line: tuple[Point, ...], corridor: int) -> list[Point]:
+        """Stop somewhere on a way, from where only the way back is seen; return the line as far as there."""
+        lengths = np.hypot(*np.diff(np.array(line), axis=0).T)
+        left_m = float(lengths.sum() * self.rng.uniform(0.3, 0.9))
+        full = [line[0]]
+        for (x, y), (to_x, to_y), length in zip(line, line[1:], lengths.tolist(), strict=False):
+            share = min(left_m / length, 1.0)
+            full.append((x + share * (to_x - x), y + share * (to_y - y)))
+            left_m -= length
+            if left_m <= 0.0:
+                break
+        back = tuple(reversed(full))
+        bearing = math.atan2(back[1][1] - back[0][1], back[1][0] - back[0][0])
+        where = next((k for k, stop in enumerate(self._stops) if math.dist(stop, back[0]) < _ONE_STOP_M), None)
+        if where is None:
+            where = len(self._stops)
+            self._stops.append(back[0])
+        left = self.node
+        self.node, self._ways, self._place = -1 - where, [(corridor, bearing, back, left)], back[0]
+        return full
+
+    def _come(self, frame: SE2, full: list[Point], departure: GvgEvent) -> Step:
+        """Arrive where the robot now is, along a line that began at ``frame``."""
         arrived_by = math.atan2(full[-2][1] - full[-1][1], full[-2][0] - full[-1][0])
-        self.node = there
         self._look(arrived_by)
-        path = _dense(np.array([self._offset_start(frame), *full[1:-1], self._centre]))
+        path = _dense(np.array([(frame.x, frame.y), *full[1:-1], self._centre]))
         length = float(np.hypot(*np.diff(path, axis=0).T).sum())
         self.path_length_m += length
         along = min(
@@ -152,16 +190,13 @@ class EdgeWalker:
         )
         arrival = self._arrival(along, length)
         edge_map = self._map(frame, path, departure.sequence, arrival, self._bearings[along], length)
-        return [*steps, Step(arrival.stamp_ns, (arrival,), (edge_map,))]
-
-    def _offset_start(self, frame: SE2) -> Point:
-        return frame.x, frame.y
+        return Step(arrival.stamp_ns, (arrival,), (edge_map,))
 
     def _look(self, arrived_by: float | None) -> None:
         """Make this visit's view of the node: scattered centre and bearings, perhaps a branch too many or too few."""
         noise, rng = self.noise, self.rng
-        ways = self.floor.leaving(self.node)
-        x, y = self.floor.nodes[self.node]
+        ways = self._ways
+        x, y = self._place
         self._centre = (x + rng.normal(0.0, noise.node_m), y + rng.normal(0.0, noise.node_m))
         entries: list[tuple[float, int | None]] = [
             (wrap(w[1] + rng.normal(0.0, noise.bearing)), i) for i, w in enumerate(ways)
@@ -177,6 +212,8 @@ class EdgeWalker:
         self._real = [r for _, r in turned]
         kind = NodeKind.MEET_POINT if len(ways) > 1 else NodeKind.BOUNDARY_POINT
         clearance = 1.3 if len(ways) > 1 else 1.0
+        if noise.walls_unheard and rng.random() < noise.walls_unheard:
+            clearance *= rng.uniform(3.0, 10.0)
         self._odom_heading = wrap(self._odom_heading + rng.normal(0.0, 10.0 * noise.odom_drift))
         c = rotation(self._odom_heading) @ np.array(self._centre)
         self._view = NodeView(

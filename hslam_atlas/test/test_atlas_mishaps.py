@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from corridor_floor import CorridorFloor, furnish, wean_hall
 from edge_walker import EdgeWalker, WalkNoise
-from test_atlas_exploration import Explored
+from explored import Explored
 
 from hslam_atlas.server import AtlasServer
 from hslam_types.gvg_events import EventKind, GoalKind, GvgGoal

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from corridor_floor import furnish, wean_hall
 from edge_walker import WalkNoise
+from explored import explore
 from test_atlas_alignment import drives
-from test_atlas_exploration import explore
 
 from hslam_atlas import edge_map_blob
 from hslam_atlas.errors import StoreError
