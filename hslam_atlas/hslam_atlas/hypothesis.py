@@ -160,6 +160,15 @@ def best_constellation(
     return best, UncertainPose(SE2(0.0, 0.0, sight_in_node.pose.theta), _prior(sight_in_node, config))
 
 
+def is_where(node: Node, sight_in_node: UncertainPose, config: AtlasConfig) -> bool:
+    """Whether a sight lies where a node is, as well as the positions of nodes of its kind repeat."""
+    meets = node.kind is NodeKind.MEET_POINT
+    repeat_m = config.origin_repeat_m if meets else config.boundary_repeat_m
+    spread = sight_in_node.covariance[:2, :2] * config.chain_inflation**2 + 2.0 * repeat_m**2 * np.eye(2)
+    position = np.array(sight_in_node.pose[:2])
+    return float(position @ np.linalg.solve(spread, position)) < config.pair_gate
+
+
 def _prior(sight_in_node: UncertainPose, config: AtlasConfig) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
     """Return the offset's covariance under the hypothesis: the node repeats, the heading is the chain's."""
     heading = max(sight_in_node.heading_std() * config.chain_inflation, 2.0 * config.heading_floor)

@@ -4,7 +4,7 @@ import math
 
 from hslam_atlas.chain import chained
 from hslam_atlas.graph import EdgeEnd, Node
-from hslam_atlas.hypothesis import Hypothesis, Sight, best_constellation, learn_look_alikes, weigh
+from hslam_atlas.hypothesis import Hypothesis, Sight, best_constellation, is_where, learn_look_alikes, weigh
 from hslam_atlas.merge import take_out
 from hslam_atlas.questions import Questions
 from hslam_atlas.retrace import compare, convinces, far_end, far_sight_in_node, update
@@ -99,13 +99,17 @@ class Mapper:
         return True
 
     def _never_left(self, start: EdgeEnd, edge_map: EdgeMap, sight: Sight, event: GvgEvent) -> bool:
-        """Recognise the node left from when the robot turned round within its free disc: no drive, no second node."""
+        """Recognise the node left from when the robot turned round within its free disc: no drive, no second node.
+
+        The way within the disc alone proves nothing: walls unheard make the disc too large, and rooms lie side by side.
+        The drive must also end where the node is, as well as its position repeats.
+        """
         state = self.state
         node = state.graph.nodes[start.node]
         went_m = max(edge_map.path_length_m, abs(edge_map.terminal_x))
-        if went_m > node.clearance_m or sight.kind is not node.kind:
-            return False
         expected = start.frame_in_node @ far_end(edge_map)
+        if went_m > node.clearance_m or sight.kind is not node.kind or not is_where(node, expected, state.config):
+            return False
         _, sight_in_node = best_constellation(state.graph, state.maps, node, sight, expected, state.config)
         node.branches[start.branch].fail(state.config.attempts)
         self._stand(node.id, sight, sight_in_node, edge_map, event)
