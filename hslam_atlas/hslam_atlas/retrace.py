@@ -34,7 +34,7 @@ def similar_length(a_m: float, b_m: float, config: AtlasConfig) -> bool:
 def compare(
     state: AtlasState, edge: Edge, end: int, edge_map: EdgeMap, frame_in_node: UncertainPose
 ) -> MapMatch | None:
-    """Match a drive's map with an edge's, both seen from the node at ``end``; None if the lengths already differ.
+    """Match a drive's map with an edge's, both seen from the node at ``end``; None if lengths or directions differ.
 
     ``frame_in_node``: the drive's frame, origin at that node, in the node's frame.
     """
@@ -43,10 +43,22 @@ def compare(
     stored = state.maps.seen_from(edge.id, end)
     if abs(stored.terminal_x - edge_map.terminal_x) > state.config.length_tolerance_m:
         return None
+    if not _leaves_alike(stored, edge_map, state.config) and not _arrives_alike(stored, edge_map, state.config):
+        return None  # one of the two branches may be misread; if both are others, so is the way: one of a theta's
     match = _matched(state, edge, end, edge_map, frame_in_node, 1.0)
     if match.agrees:
         return match
     return max(match, _matched(state, edge, end, edge_map, frame_in_node, _STRAY), key=lambda m: (m.agrees, m.evidence))
+
+
+def _leaves_alike(stored: EdgeMap, edge_map: EdgeMap, config: AtlasConfig) -> bool:
+    """Whether two maps of one frame set out in one direction."""
+    return abs(wrap(stored.departure_heading - edge_map.departure_heading)) < config.branch_gate
+
+
+def _arrives_alike(stored: EdgeMap, edge_map: EdgeMap, config: AtlasConfig) -> bool:
+    """Whether two maps of one frame arrive from one direction."""
+    return abs(wrap(stored.arrival_heading - edge_map.arrival_heading)) < config.branch_gate
 
 
 def _matched(

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from corridor_floor import Corridor, furnish
-from dense_floors import office
+from dense_floors import office, theta
 from edge_walker import WalkNoise
 from explored import explore
 
@@ -27,6 +27,16 @@ def test_two_doors_nearer_than_a_clearance_are_two_nodes(unheard: float, gap_m: 
     end = explore(floor, 0, 3, replace(CALM, walls_unheard=unheard))
     assert end.finished
     assert end.false_closures() == 0
+    assert end.is_isomorphic()
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("skew_m", [0.0, 0.4])
+def test_all_three_ways_of_a_theta_are_found(seed: int, skew_m: float) -> None:
+    """The outer ways are of one length and share the landmarks about both nodes; only their directions differ."""
+    floor = furnish(theta(4.0, 5.0, skew_m), np.random.default_rng(seed))
+    end = explore(floor, seed % 2, seed, WalkNoise())
+    assert end.finished
     assert end.is_isomorphic()
 
 
