@@ -3,24 +3,43 @@
 All of them are exact (float64 throughout) but for the heading of an odometry message, which passes
 through a quaternion; whoever needs the same bits with and without ROS in between sends it through
 the pair once.
+
+What comes out of a message has been checked: each ``x_from_msg`` raises MessageError, naming the field, on what is no
+number, out of all bounds (`checks`) or contradicts itself. Fields that the suite does not use are not looked at.
 """
 
 import math
 from array import array
 
 import numpy as np
-from geometry_msgs.msg import Pose2D, Quaternion, TwistStamped
+from geometry_msgs.msg import Pose2D, Quaternion, Twist, TwistStamped
 from hslam_msgs.msg import EdgeMap as EdgeMapMsg
 from hslam_msgs.msg import FrameLink as FrameLinkMsg
 from hslam_msgs.msg import GvgEvent as GvgEventMsg
 from hslam_msgs.msg import GvgNode as GvgNodeMsg
-from hslam_msgs.msg import LandmarkObservations
+from hslam_msgs.msg import LandmarkObservations, NodeStatus
 from hslam_msgs.msg import SonarRing as SonarRingMsg
 from nav_msgs.msg import Odometry
 from std_msgs.msg import Header
 
-from hslam_ros.stamps import stamp_from_msg, stamp_to_msg
+from hslam_ros.checks import (
+    FARTHEST_M,
+    LEAST_RANGE_M,
+    LEAST_STD,
+    covariance,
+    echo,
+    index,
+    kind_of,
+    number,
+    numbers,
+    rotation,
+    same_length,
+    stamp,
+)
+from hslam_ros.stamps import stamp_to_msg
+from hslam_types.answer import Answer
 from hslam_types.edge_map import EdgeMap, FrameLink
+from hslam_types.errors import MessageError
 from hslam_types.gvg_events import EventKind, GvgEvent, NodeKind, NodeView
 from hslam_types.se2 import SE2
 from hslam_types.sensing import (
@@ -54,9 +73,9 @@ def pose_to_msg(pose: SE2) -> Pose2D:
     return Pose2D(x=pose.x, y=pose.y, theta=pose.theta)
 
 
-def pose_from_msg(msg: Pose2D) -> SE2:
+def pose_from_msg(msg: Pose2D, field: str = "pose") -> SE2:
     """Return a message's planar pose."""
-    return SE2(msg.x, msg.y, msg.theta)
+    return SE2(number(msg.x, f"{field}.x"), number(msg.y, f"{field}.y"), number(msg.theta, f"{field}.theta"))
 
 
 def odometry_to_msg(sample: OdometrySample, parent: str = "odom", child: str = "base_link") -> Odometry:
@@ -72,9 +91,13 @@ def odometry_to_msg(sample: OdometrySample, parent: str = "odom", child: str = "
 
 def odometry_from_msg(msg: Odometry) -> OdometrySample:
     """Return a message's odometry."""
-    position, twist = msg.pose.pose.position, msg.twist.twist
-    pose = SE2(position.x, position.y, yaw_from_quaternion(msg.pose.pose.orientation))
-    return OdometrySample(stamp_from_msg(msg.header.stamp), pose, Velocity(twist.linear.x, twist.angular.z))
+    position, rotated = msg.pose.pose.position, rotation(msg.pose.pose.orientation, "pose.pose.orientation")
+    pose = SE2(
+        number(position.x, "pose.pose.position.x"),
+        number(position.y, "pose.pose.position.y"),
+        yaw_from_quaternion(rotated),
+    )
+    return OdometrySample(stamp(msg.header.stamp), pose, _velocity(msg.twist.twist, "twist.twist"))
 
 
 def velocity_to_msg(velocity: Velocity, stamp_ns: int) -> TwistStamped:
@@ -87,7 +110,11 @@ def velocity_to_msg(velocity: Velocity, stamp_ns: int) -> TwistStamped:
 
 def velocity_from_msg(msg: TwistStamped) -> Velocity:
     """Return a message's command."""
-    return Velocity(msg.twist.linear.x, msg.twist.angular.z)
+    return _velocity(msg.twist, "twist")
+
+
+def _velocity(twist: Twist, field: str) -> Velocity:
+    return Velocity(number(twist.linear.x, f"{field}.linear.x"), number(twist.angular.z, f"{field}.angular.z"))
 
 
 def sonar_to_msg(sweep: SonarSweep) -> SonarRingMsg:
@@ -108,12 +135,20 @@ def sonar_to_msg(sweep: SonarSweep) -> SonarRingMsg:
 
 def sonar_from_msg(msg: SonarRingMsg) -> SonarSweep:
     """Return a message's sweep."""
-    ring = SonarRing(tuple(msg.bearings), msg.mount_radius, msg.range_min, msg.range_max, msg.cone_half_angle)
-    pings = tuple(
-        SonarPing(int(sensor), stamp_from_msg(stamp), range_m)
-        for sensor, stamp, range_m in zip(msg.sensor, msg.stamps, msg.ranges, strict=True)
+    same_length(sensor=msg.sensor, stamps=msg.stamps, ranges=msg.ranges)
+    range_min_m = number(msg.range_min, "range_min", 0.0, FARTHEST_M)
+    ring = SonarRing(
+        numbers(msg.bearings, "bearings"),
+        number(msg.mount_radius, "mount_radius", 0.0, FARTHEST_M),
+        range_min_m,
+        number(msg.range_max, "range_max", range_min_m, FARTHEST_M),
+        number(msg.cone_half_angle, "cone_half_angle", 0.0, math.pi),
     )
-    return SonarSweep(stamp_from_msg(msg.header.stamp), ring, pings)
+    pings = tuple(
+        SonarPing(index(int(sensor), "sensor", len(ring.bearings)), stamp(fired, "stamps"), echo(range_m, "ranges"))
+        for sensor, fired, range_m in zip(msg.sensor, msg.stamps, msg.ranges, strict=True)
+    )
+    return SonarSweep(stamp(msg.header.stamp), ring, pings)
 
 
 def landmarks_to_msg(view: LandmarkView) -> LandmarkObservations:
@@ -130,9 +165,16 @@ def landmarks_to_msg(view: LandmarkView) -> LandmarkObservations:
 
 def landmarks_from_msg(msg: LandmarkObservations) -> LandmarkView:
     """Return a message's look of the landmark sensor."""
-    columns = zip(msg.ranges, msg.bearings, msg.range_stds, msg.bearing_stds, strict=True)
+    same_length(ranges=msg.ranges, bearings=msg.bearings, range_stds=msg.range_stds, bearing_stds=msg.bearing_stds)
+    columns = zip(
+        numbers(msg.ranges, "ranges", LEAST_RANGE_M, FARTHEST_M),
+        numbers(msg.bearings, "bearings"),
+        numbers(msg.range_stds, "range_stds", LEAST_STD, FARTHEST_M),
+        numbers(msg.bearing_stds, "bearing_stds", LEAST_STD, math.tau),
+        strict=True,
+    )
     sightings = tuple(LandmarkSighting(*row) for row in columns)
-    return LandmarkView(stamp_from_msg(msg.header.stamp), msg.range_max, sightings)
+    return LandmarkView(stamp(msg.header.stamp), number(msg.range_max, "range_max", 0.0, FARTHEST_M), sightings)
 
 
 def event_to_msg(event: GvgEvent) -> GvgEventMsg:
@@ -157,13 +199,25 @@ def event_to_msg(event: GvgEvent) -> GvgEventMsg:
 
 
 def event_from_msg(msg: GvgEventMsg) -> GvgEvent:
-    """Return a message's GVG event; raises ValueError on an unknown kind."""
-    node = None
-    if msg.has_node:
-        seen = msg.node
-        node = NodeView(NodeKind(seen.kind), seen.x, seen.y, seen.clearance, tuple(seen.bearings))
-    stamp_ns = stamp_from_msg(msg.header.stamp)
-    return GvgEvent(msg.sequence, stamp_ns, EventKind(msg.kind), node, msg.branch, msg.path_length)
+    """Return a message's GVG event; a departure names a branch of its node, an arrival has a node with branches."""
+    kind = kind_of(EventKind, msg.kind, "kind")
+    node = _node_from_msg(msg.node) if msg.has_node else None
+    if kind in (EventKind.DEPARTURE, EventKind.ARRIVAL):
+        if node is None or not node.degree:
+            raise MessageError(f"{kind.name.lower()} without a node that branches leave")
+        index(msg.branch, "branch", node.degree, low=0 if kind is EventKind.DEPARTURE else -1)
+    path_length_m = number(msg.path_length, "path_length", 0.0)
+    return GvgEvent(msg.sequence, stamp(msg.header.stamp), kind, node, msg.branch, path_length_m)
+
+
+def _node_from_msg(msg: GvgNodeMsg) -> NodeView:
+    return NodeView(
+        kind_of(NodeKind, msg.kind, "node.kind"),
+        number(msg.x, "node.x"),
+        number(msg.y, "node.y"),
+        number(msg.clearance, "node.clearance", 0.0),
+        numbers(msg.bearings, "node.bearings"),
+    )
 
 
 def edge_map_to_msg(edge_map: EdgeMap, stamp_ns: int) -> EdgeMapMsg:
@@ -184,19 +238,19 @@ def edge_map_to_msg(edge_map: EdgeMap, stamp_ns: int) -> EdgeMapMsg:
 
 
 def edge_map_from_msg(msg: EdgeMapMsg) -> EdgeMap:
-    """Return a message's edge-map; raises ValueError where the array sizes contradict each other."""
-    size = 2 + len(msg.landmarks)
+    """Return a message's edge-map."""
+    same_length(sightings=msg.sightings, x=msg.landmarks[0::2], y=msg.landmarks[1::2])
     return EdgeMap(
         traversal=msg.traversal,
         arrival=msg.arrival,
-        terminal_x=msg.terminal_x,
-        landmarks=np.array(msg.landmarks, dtype=np.float64).reshape(-1, 2),
-        covariance=np.array(msg.covariance, dtype=np.float64).reshape(size, size),
+        terminal_x=number(msg.terminal_x, "terminal_x"),
+        landmarks=np.array(numbers(msg.landmarks, "landmarks"), dtype=np.float64).reshape(-1, 2),
+        covariance=covariance(msg.covariance, "covariance", 2 + len(msg.landmarks)),
         sightings=tuple(int(n) for n in msg.sightings),
-        departure_heading=msg.departure_heading,
-        arrival_heading=msg.arrival_heading,
-        robot_at_arrival=pose_from_msg(msg.robot_at_arrival),
-        path_length_m=msg.path_length,
+        departure_heading=number(msg.departure_heading, "departure_heading"),
+        arrival_heading=number(msg.arrival_heading, "arrival_heading"),
+        robot_at_arrival=pose_from_msg(msg.robot_at_arrival, "robot_at_arrival"),
+        path_length_m=number(msg.path_length, "path_length", 0.0),
     )
 
 
@@ -213,8 +267,13 @@ def link_to_msg(link: FrameLink, stamp_ns: int) -> FrameLinkMsg:
 
 def link_from_msg(msg: FrameLinkMsg) -> FrameLink:
     """Return a message's link between frames."""
-    covariance = np.array(msg.covariance, dtype=np.float64).reshape(3, 3)
-    return FrameLink(msg.traversal, msg.departure, pose_from_msg(msg.departure_in_edge), covariance)
+    departure_in_edge = pose_from_msg(msg.departure_in_edge, "departure_in_edge")
+    return FrameLink(msg.traversal, msg.departure, departure_in_edge, covariance(msg.covariance, "covariance", 3))
+
+
+def answer_from_msg(msg: NodeStatus) -> Answer:
+    """Return a node's answer to a cycle."""
+    return Answer(stamp(msg.header.stamp), msg.outputs, msg.finished)
 
 
 def edge_frame(traversal: int) -> str:

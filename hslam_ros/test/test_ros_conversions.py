@@ -1,14 +1,13 @@
 """Every pair of conversions, through CDR, on arbitrary values."""
 
 import math
-from typing import Any
 
 import numpy as np
 import pytest
+from broken_messages import through_cdr
 from geometry_msgs.msg import Pose2D
 from hypothesis import given
 from hypothesis import strategies as st
-from rclpy.serialization import deserialize_message, serialize_message
 
 from hslam_ros import conversions
 from hslam_ros.stamps import stamp_from_msg, stamp_to_msg
@@ -29,11 +28,6 @@ stamps = st.integers(0, 2**31 * 10**9 - 1)
 metres = st.floats(-1e4, 1e4)
 angles = st.floats(-math.pi, math.pi, exclude_max=True)
 poses = st.builds(SE2, metres, metres, angles)
-
-
-def through_cdr(msg: Any) -> Any:
-    """Return the message as a listener gets it."""
-    return deserialize_message(serialize_message(msg), type(msg))
 
 
 @given(stamps)
@@ -75,7 +69,8 @@ def test_sonar_is_exact(stamp_ns: int, heard: tuple[SonarPing, ...]) -> None:
 
 
 positive = st.floats(0.0, 100.0)
-sightings = st.builds(LandmarkSighting, positive, angles, positive, positive)
+deviations = st.floats(1e-4, 6.0)
+sightings = st.builds(LandmarkSighting, st.floats(0.001, 100.0), angles, deviations, deviations)
 
 
 @given(st.builds(LandmarkView, stamps, positive, st.lists(sightings, max_size=12).map(tuple)))
@@ -84,29 +79,24 @@ def test_landmarks_are_exact(view: LandmarkView) -> None:
 
 
 nodes = st.builds(
-    NodeView, st.sampled_from(NodeKind), metres, metres, positive, st.lists(angles, max_size=5).map(tuple)
-)
-events = st.builds(
-    GvgEvent,
-    st.integers(0, 2**63),
-    stamps,
-    st.sampled_from(EventKind),
-    st.none() | nodes,
-    st.integers(-1, 5),
-    positive,
+    NodeView, st.sampled_from(NodeKind), metres, metres, positive, st.lists(angles, min_size=1, max_size=5).map(tuple)
 )
 
 
-@given(events)
+@st.composite
+def events(draw: st.DrawFn) -> GvgEvent:
+    """Return an event that has what its kind must have."""
+    kind = draw(st.sampled_from(EventKind))
+    node, branch = None, -1
+    if kind in (EventKind.DEPARTURE, EventKind.ARRIVAL):
+        node = draw(nodes)
+        branch = draw(st.integers(-1 if kind is EventKind.ARRIVAL else 0, node.degree - 1))
+    return GvgEvent(draw(st.integers(0, 2**63)), draw(stamps), kind, node, branch, draw(positive))
+
+
+@given(events())
 def test_events_are_exact(event: GvgEvent) -> None:
     assert conversions.event_from_msg(through_cdr(conversions.event_to_msg(event))) == event
-
-
-def test_an_unknown_event_kind_is_refused() -> None:
-    msg = conversions.event_to_msg(GvgEvent(0, 0, EventKind.LOST))
-    msg.kind = 99
-    with pytest.raises(ValueError, match="99"):
-        conversions.event_from_msg(msg)
 
 
 @pytest.mark.parametrize("count", [0, 1, 7])
@@ -130,16 +120,8 @@ def test_edge_maps_are_exact(count: int) -> None:
         assert np.array_equal(getattr(back, name), getattr(edge_map, name)), name
 
 
-def test_an_edge_map_of_contradicting_sizes_is_refused() -> None:
-    edge_map = EdgeMap(1, 2, 3.0, np.zeros((2, 2)), np.eye(6), (1, 1), 0.0, 0.0, SE2(), 3.0)
-    msg = conversions.edge_map_to_msg(edge_map, 0)
-    msg.covariance = msg.covariance[:-1]
-    with pytest.raises(ValueError, match="reshape"):
-        conversions.edge_map_from_msg(msg)
-
-
 def test_links_are_exact() -> None:
-    link = FrameLink(5, 6, SE2(1.0, 2.0, 3.0), np.arange(9.0).reshape(3, 3))
+    link = FrameLink(5, 6, SE2(1.0, 2.0, 3.0), np.diag([1.0, 0.1, 0.0]) + 0.01)
     back = conversions.link_from_msg(through_cdr(conversions.link_to_msg(link, 88)))
     assert (back.traversal, back.departure, back.departure_in_edge) == (5, 6, SE2(1.0, 2.0, 3.0))
     assert np.array_equal(back.covariance, link.covariance)

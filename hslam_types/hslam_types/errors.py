@@ -7,3 +7,7 @@ class HslamError(Exception):
 
 class ConfigurationError(HslamError):
     """A parameter is unknown, of the wrong type or out of its range."""
+
+
+class MessageError(HslamError):
+    """A message contradicts itself or holds what is no number: nothing of it can be used. The text names the field."""
