@@ -1,7 +1,9 @@
 """The atlas as a node: hears events, edge-maps and links, says the graph, and drives the exploration."""
 
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 from hslam_msgs.msg import Atlas, EdgeMap, FrameLink, GvgEvent, NodeStatus
 from hslam_msgs.srv import AtlasFile, IdentifyNode
@@ -18,12 +20,14 @@ from hslam_atlas.picture import node_poses
 from hslam_atlas.server import AtlasOutput, AtlasServer
 from hslam_atlas.store import AtlasStore
 from hslam_ros import conversions
+from hslam_ros.door import Door, stamped
 from hslam_ros.parameters import declare
 from hslam_ros.qos import CYCLE, EVENTS, LATCHED
 from hslam_ros.spin import run
-from hslam_ros.stamps import NS_PER_S, stamp_from_msg
+from hslam_ros.stamps import NS_PER_S
 from hslam_ros.step_order import Cycle, StepOrder
 from hslam_types import edge_map, gvg_events
+from hslam_types.answer import Answer
 from hslam_types.config import Configuration, parameter
 from hslam_types.se2 import SE2
 
@@ -52,7 +56,9 @@ class AtlasNode(Node):
         self._store = AtlasStore(Path(self._config.store) if self._config.store else None)
         self._server = AtlasServer(atlas_config, self._store)
         hold_ns = None if self._config.lockstep else round(self._config.hold_back_s * NS_PER_S)
-        self._order = StepOrder(promised=["events", "maps"], hold_ns=hold_ns)
+        promised = {"events": EVENTS.depth, "maps": EVENTS.depth}
+        self._order = StepOrder(promised=promised, hold_ns=hold_ns, take_up=not self._server.state.graph.nodes)
+        self._door = Door(self)
         self._cycles: list[Cycle] = []
         self._deciding = False
         self._outputs = 0
@@ -74,33 +80,31 @@ class AtlasNode(Node):
         self._markers = self.create_publisher(MarkerArray, "~/markers", LATCHED)
         self._tf = self.create_publisher(TFMessage, "/tf_static", LATCHED)  # holds from one event to the next
         self._status = self.create_publisher(NodeStatus, "~/status", CYCLE)
-        self.create_subscription(GvgEvent, f"{gvg}/events", self._on_event, EVENTS)
-        self.create_subscription(NodeStatus, f"{gvg}/status", self._on_gvg_status, CYCLE)
-        self.create_subscription(EdgeMap, f"{ekf}/edge_maps", self._on_edge_map, EVENTS)
-        self.create_subscription(FrameLink, f"{ekf}/frame_links", self._on_link, EVENTS)
-        self.create_subscription(NodeStatus, f"{ekf}/status", self._on_ekf_status, CYCLE)
+        for kind, topic, convert, stream in (
+            (GvgEvent, f"{gvg}/events", conversions.event_from_msg, "events"),
+            (EdgeMap, f"{ekf}/edge_maps", conversions.edge_map_from_msg, "maps"),
+            (FrameLink, f"{ekf}/frame_links", conversions.link_from_msg, "maps"),
+        ):
+            take, refused = partial(self._on_input, stream), partial(self._on_refused, stream)
+            self._door.hear(kind, topic, stamped(convert), take, EVENTS, refused)
+        self._door.hear(NodeStatus, f"{gvg}/status", conversions.answer_from_msg, self._on_gvg_answer, CYCLE)
+        self._door.hear(NodeStatus, f"{ekf}/status", conversions.answer_from_msg, self._on_ekf_answer, CYCLE)
 
-    def _on_event(self, msg: GvgEvent) -> None:
-        event = conversions.event_from_msg(msg)
-        self._order.put("events", event.stamp_ns, event)
+    def _on_input(self, stream: str, said: tuple[int, Any]) -> None:
+        self._order.put(stream, *said)
         self._work()
 
-    def _on_edge_map(self, msg: EdgeMap) -> None:
-        self._order.put("maps", stamp_from_msg(msg.header.stamp), conversions.edge_map_from_msg(msg))
+    def _on_refused(self, stream: str, stamp_ns: int | None) -> None:
+        self._order.miss(stream, stamp_ns)
         self._work()
 
-    def _on_link(self, msg: FrameLink) -> None:
-        self._order.put("maps", stamp_from_msg(msg.header.stamp), conversions.link_from_msg(msg))
+    def _on_gvg_answer(self, answer: Answer) -> None:
+        self._order.promise("events", answer.stamp_ns, answer.outputs)
+        self._order.tick(answer.stamp_ns)  # GVG's answer to a cycle opens the atlas's
         self._work()
 
-    def _on_gvg_status(self, msg: NodeStatus) -> None:
-        stamp_ns = stamp_from_msg(msg.header.stamp)
-        self._order.promise("events", stamp_ns, msg.outputs)
-        self._order.tick(stamp_ns)  # GVG's answer to a cycle opens the atlas's
-        self._work()
-
-    def _on_ekf_status(self, msg: NodeStatus) -> None:
-        self._order.promise("maps", stamp_from_msg(msg.header.stamp), msg.outputs)
+    def _on_ekf_answer(self, answer: Answer) -> None:
+        self._order.promise("maps", answer.stamp_ns, answer.outputs)
         self._work()
 
     def _work(self) -> None:
@@ -148,6 +152,7 @@ class AtlasNode(Node):
         else:
             status.state = "exploring" if self._server.exploring else "mapping"
         status.finished = out.finished
+        status.detail += f"; {self._door.report()}" if self._door.refused else ""
         self._status.publish(status)
         self._explore.after_step(out)
 

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -278,3 +279,19 @@ def test_services_save_load_and_refuse(staged: Staged, tmp_path: Path) -> None:
     loaded = pair.call(pair.rest, AtlasFile, "atlas/load", AtlasFile.Request(path=str(tmp_path / "copy.db")))
     assert loaded.success
     assert not pair.call(pair.rest, IdentifyNode, "atlas/identify", IdentifyNode.Request(node=99)).success
+
+
+def test_what_is_refused_is_counted_as_come_and_told(staged: Staged) -> None:
+    """A map whose covariance is none leaves the arrival without one: the node found is one of its own."""
+    pair = staged(Pair, mission="none")
+    base = walker()
+    for step in base.follow(GvgGoal(GoalKind.ACCESS)):
+        pair.cycle(step.stamp_ns, step)
+    departure, arrival = base.follow(GvgGoal(GoalKind.TRACE, branch=0))
+    pair.cycle(departure.stamp_ns, departure)
+    (edge_map,) = arrival.edge_maps
+    broken = replace(edge_map, covariance=np.full_like(edge_map.covariance, np.nan))
+    pair.cycle(arrival.stamp_ns, replace(arrival, edge_maps=(broken,)))
+    graph = pair.atlas._server.state.graph
+    assert (len(graph.nodes), len(graph.edges)) == (2, 0)
+    assert pair.rest.statuses[-1].detail.endswith("; refused messages: ekf/edge_maps 1")

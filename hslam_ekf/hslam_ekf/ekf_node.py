@@ -1,6 +1,7 @@
 """The EKF level as a node: hears odometry, landmarks and GVG events, says edge-maps, links and the pose in the edge."""
 
 from dataclasses import dataclass
+from functools import partial
 
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from hslam_msgs.msg import EdgeMap, FrameLink, GvgEvent, LandmarkObservations, NodeStatus
@@ -14,13 +15,16 @@ from hslam_ekf import ekf_messages
 from hslam_ekf.config import EkfConfig
 from hslam_ekf.server import EkfOutput, EkfServer
 from hslam_ros import conversions
+from hslam_ros.door import Door
 from hslam_ros.parameters import declare
 from hslam_ros.qos import CYCLE, EVENTS, LATCHED, sensor_subscription
 from hslam_ros.spin import run
-from hslam_ros.stamps import NS_PER_S, stamp_from_msg
+from hslam_ros.stamps import NS_PER_S
 from hslam_ros.step_order import Cycle, StepOrder
+from hslam_types import gvg_events
+from hslam_types.answer import Answer
 from hslam_types.config import Configuration, parameter
-from hslam_types.sensing import OdometrySample
+from hslam_types.sensing import LandmarkView, OdometrySample
 
 
 @dataclass(frozen=True)
@@ -53,18 +57,12 @@ class EkfNode(Node):
         self._ekf_config = declare(self, EkfConfig)
         self._server = EkfServer(self._ekf_config)
         hold_ns = None if self._config.lockstep else round(self._config.hold_back_s * NS_PER_S)
-        self._order = StepOrder(promised=["landmarks", "events"], hold_ns=hold_ns)
+        self._order = StepOrder(promised={"landmarks": CYCLE.depth, "events": EVENTS.depth}, hold_ns=hold_ns)
         self._outputs = 0
         self._next_pose_ns = self._next_map_ns = 0
         self._create_publishers()
-        sensors, source = sensor_subscription(self._config.lockstep), self._config.event_source
-        self.create_subscription(Odometry, "odom", self._on_odometry, sensors)
-        self.create_subscription(LandmarkObservations, "landmarks", self._on_landmarks, sensors)
-        self.create_subscription(GvgEvent, f"{source}/events", self._on_event, EVENTS)
-        self.create_subscription(NodeStatus, f"{source}/status", self._on_event_status, CYCLE)
-        if self._config.landmark_source:
-            topic = f"{self._config.landmark_source}/status"
-            self.create_subscription(NodeStatus, topic, self._on_landmark_status, CYCLE)
+        self._door = Door(self)
+        self._create_subscriptions()
         self.create_service(Trigger, "~/reset", self._on_reset)
 
     def _create_publishers(self) -> None:
@@ -75,29 +73,44 @@ class EkfNode(Node):
         self._map = self.create_publisher(MarkerArray, "~/map", LATCHED)
         self._tf = self.create_publisher(TFMessage, "/tf", 100)
 
-    def _on_odometry(self, msg: Odometry) -> None:
-        sample = conversions.odometry_from_msg(msg)
+    def _create_subscriptions(self) -> None:
+        hear, sensors, source = self._door.hear, sensor_subscription(self._config.lockstep), self._config.event_source
+        hear(Odometry, "odom", conversions.odometry_from_msg, self._on_odometry, sensors, self._on_refused_odometry)
+        hear(
+            LandmarkObservations, "landmarks", conversions.landmarks_from_msg, self._on_landmarks, sensors,
+            partial(self._on_refused, "landmarks"),
+        )  # fmt: skip
+        refused_event = partial(self._on_refused, "events")
+        hear(GvgEvent, f"{source}/events", conversions.event_from_msg, self._on_event, EVENTS, refused_event)
+        for stream, promiser in (("events", source), ("landmarks", self._config.landmark_source)):
+            if promiser:
+                promise = partial(self._on_answer, stream)
+                hear(NodeStatus, f"{promiser}/status", conversions.answer_from_msg, promise, CYCLE)
+
+    def _on_odometry(self, sample: OdometrySample) -> None:
         self._order.tick(sample.stamp_ns, sample)
         if not self._config.landmark_source:
             self._order.promise("landmarks", sample.stamp_ns, 0)
         self._work()
 
-    def _on_landmarks(self, msg: LandmarkObservations) -> None:
-        view = conversions.landmarks_from_msg(msg)
+    def _on_refused_odometry(self, stamp_ns: int | None) -> None:
+        self._order.skip(stamp_ns)
+        self._work()
+
+    def _on_landmarks(self, view: LandmarkView) -> None:
         self._order.put("landmarks", view.stamp_ns, view)
         self._work()
 
-    def _on_event(self, msg: GvgEvent) -> None:
-        event = conversions.event_from_msg(msg)
+    def _on_event(self, event: gvg_events.GvgEvent) -> None:
         self._order.put("events", event.stamp_ns, event)
         self._work()
 
-    def _on_event_status(self, msg: NodeStatus) -> None:
-        self._order.promise("events", stamp_from_msg(msg.header.stamp), msg.outputs)
+    def _on_refused(self, stream: str, stamp_ns: int | None) -> None:
+        self._order.miss(stream, stamp_ns)
         self._work()
 
-    def _on_landmark_status(self, msg: NodeStatus) -> None:
-        self._order.promise("landmarks", stamp_from_msg(msg.header.stamp), msg.outputs)
+    def _on_answer(self, stream: str, answer: Answer) -> None:
+        self._order.promise(stream, answer.stamp_ns, answer.outputs)
         self._work()
 
     def _work(self) -> None:
@@ -105,6 +118,9 @@ class EkfNode(Node):
             self._step(cycle)
 
     def _step(self, cycle: Cycle) -> None:
+        if cycle.skipped:
+            self._answer(cycle.stamp_ns, "blind")
+            return
         odom: OdometrySample = cycle.clock
         *late, view = cycle.inputs["landmarks"] or (None,)
         if late:
@@ -125,8 +141,12 @@ class EkfNode(Node):
             self._links.publish(conversions.link_to_msg(link, stamp_ns))
         self._outputs += len(out.edge_maps) + len(out.links)
         state = "waiting" if out.base_in_edge is None else "arrived" if out.arrived else "mapping"
-        about = conversions.header(stamp_ns, "")
-        self._status.publish(NodeStatus(header=about, node=self.get_name(), outputs=self._outputs, state=state))
+        self._answer(stamp_ns, state)
+
+    def _answer(self, stamp_ns: int, state: str) -> None:
+        status = NodeStatus(header=conversions.header(stamp_ns, ""), node=self.get_name(), outputs=self._outputs)
+        status.state, status.detail = state, self._door.report()
+        self._status.publish(status)
 
     def _publish_pose(self, odom: OdometrySample, out: EkfOutput) -> None:
         if out.base_in_edge is None or out.covariance is None:

@@ -1,7 +1,9 @@
 """The node against the plain loop: bit for bit, in whatever order DDS delivers; what it shows; free running."""
 
+import math
 import random
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -163,3 +165,29 @@ def test_reset_forgets_the_traversal(staged: Staged) -> None:
     assert pair.call(rest, Trigger, "ekf/reset", Trigger.Request()).success
     pair.lock_step(steps[3:])
     assert rest.statuses[-1].state == "waiting"
+
+
+def test_what_is_refused_is_answered_and_told_and_the_traversal_goes_on(staged: Staged) -> None:
+    pair = staged(Pair)
+    rest = pair.rest
+    steps = short_drive()[:30]
+    pair.lock_step(steps[:20])
+    before = pair.ekf._server.traversal
+    lost, blind = steps[20], next(i for i in range(21, 30) if steps[i].view is not None)
+    pair.lock_step([replace(lost, odom=replace(lost.odom, base_in_odom=SE2(math.nan, 0.0, 0.0)))])
+    assert rest.statuses[-1].state == "blind"
+    assert rest.statuses[-1].detail == "refused messages: odom 1"
+    pair.lock_step(steps[21:blind])
+    view = steps[blind].view
+    assert view is not None
+    zero = replace(view, sightings=tuple(s._replace(range_std_m=0.0) for s in view.sightings))
+    pair.lock_step([replace(steps[blind], view=zero)])
+    assert rest.statuses[-1].state == "mapping"
+    assert rest.statuses[-1].detail == "refused messages: landmarks 1, odom 1"
+    assert pair.ekf._server.traversal is before
+    pair.lock_step(steps[blind + 1 :])
+    assert [at(status) for status in rest.statuses] == [step.odom.stamp_ns for step in steps]
+    assert before is not None
+    pose, covariance = before.filter.pose()
+    assert math.hypot(pose.x - steps[-1].base_in_map.x, pose.y - steps[-1].base_in_map.y) < 0.5
+    assert np.isfinite(covariance).all()

@@ -14,13 +14,15 @@ from hslam_gvg.gvg_actions import GvgActions
 from hslam_gvg.local_map_message import local_map_to_msg
 from hslam_gvg.server import GvgServer
 from hslam_ros import conversions
+from hslam_ros.door import Door
 from hslam_ros.parameters import declare
 from hslam_ros.qos import CYCLE, EVENTS, LATCHED, sensor_subscription
 from hslam_ros.spin import run
 from hslam_ros.stamps import NS_PER_S
 from hslam_ros.step_order import Cycle, StepOrder
+from hslam_types import gvg_events
 from hslam_types.config import Configuration, parameter
-from hslam_types.sensing import SCOUT_RING, OdometrySample, SonarSweep
+from hslam_types.sensing import SCOUT_RING, OdometrySample, SonarSweep, Velocity
 
 
 @dataclass(frozen=True)
@@ -53,19 +55,28 @@ class GvgNode(Node):
         self._status = self.create_publisher(NodeStatus, "~/status", CYCLE)
         self._map = self.create_publisher(PointCloud2, "~/local_map", LATCHED)
         sensors = sensor_subscription(self._config.lockstep)
-        self.create_subscription(Odometry, "odom", self._on_odometry, sensors)
-        self.create_subscription(SonarRing, "sonar", self._on_sonar, sensors)
+        self._door = Door(self)
+        self._door.hear(
+            Odometry, "odom", conversions.odometry_from_msg, self._on_odometry, sensors, self._on_refused_odometry
+        )
+        self._door.hear(SonarRing, "sonar", conversions.sonar_from_msg, self._on_sonar, sensors, self._on_refused_sonar)
         self.create_service(Trigger, "~/reset", self._on_reset)
         self._actions = GvgActions(self, self._server)
 
-    def _on_odometry(self, msg: Odometry) -> None:
-        sample = conversions.odometry_from_msg(msg)
+    def _on_odometry(self, sample: OdometrySample) -> None:
         self._order.tick(sample.stamp_ns, sample)
         self._work()
 
-    def _on_sonar(self, msg: SonarRing) -> None:
-        sweep = conversions.sonar_from_msg(msg)
+    def _on_refused_odometry(self, stamp_ns: int | None) -> None:
+        self._order.skip(stamp_ns)
+        self._work()
+
+    def _on_sonar(self, sweep: SonarSweep) -> None:
         self._order.put("sonar", sweep.stamp_ns, sweep)
+        self._work()
+
+    def _on_refused_sonar(self, stamp_ns: int | None) -> None:
+        self._order.miss("sonar", stamp_ns)
         self._work()
 
     def _work(self) -> None:
@@ -73,19 +84,25 @@ class GvgNode(Node):
             self._step(cycle)
 
     def _step(self, cycle: Cycle) -> None:
+        if cycle.skipped:  # who does not know where the robot is does not move it
+            self._answer(cycle.stamp_ns, Velocity(), (), "blind")
+            return
         odom: OdometrySample = cycle.clock
         out = self._server.step(odom, self._joined(cycle.stamp_ns, cycle.inputs["sonar"]))
-        self._command.publish(conversions.velocity_to_msg(out.command, cycle.stamp_ns))
-        for event in out.events:
-            self._events.publish(conversions.event_to_msg(event))
-        self._events_said += len(out.events)
-        about = conversions.header(cycle.stamp_ns, "")
-        status = NodeStatus(header=about, node=self.get_name(), outputs=self._events_said, state=out.state.value)
-        self._status.publish(status)
+        self._answer(cycle.stamp_ns, out.command, out.events, out.state.value)
         self._actions.after_step(out, cycle.stamp_ns)
         if cycle.stamp_ns >= self._next_map_ns and self._map.get_subscription_count():
             self._next_map_ns = cycle.stamp_ns + round(self._config.map_every_s * NS_PER_S)
             self._map.publish(local_map_to_msg(self._server.map.points(), cycle.stamp_ns))
+
+    def _answer(self, stamp_ns: int, command: Velocity, events: tuple[gvg_events.GvgEvent, ...], state: str) -> None:
+        self._command.publish(conversions.velocity_to_msg(command, stamp_ns))
+        for event in events:
+            self._events.publish(conversions.event_to_msg(event))
+        self._events_said += len(events)
+        status = NodeStatus(header=conversions.header(stamp_ns, ""), node=self.get_name(), outputs=self._events_said)
+        status.state, status.detail = state, self._door.report()
+        self._status.publish(status)
 
     def _joined(self, stamp_ns: int, sweeps: tuple[SonarSweep, ...]) -> SonarSweep:
         """Return the cycle's sweeps as one; running free there may be none, or several."""

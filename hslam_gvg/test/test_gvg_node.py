@@ -1,11 +1,12 @@
 """The node: one goal at a time, each answered with its own end, however late or often it is sent."""
 
+import math
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
-from geometry_msgs.msg import Point
+from geometry_msgs.msg import Point, TwistStamped
 from hslam_msgs.action import AccessGvg, DriveStraight, TraceEdge
 from hslam_msgs.msg import GvgEvent, NodeStatus, SonarRing
 from nav_msgs.msg import Odometry
@@ -23,7 +24,7 @@ from hslam_ros.qos import CYCLE, EVENTS, LATCHED
 from hslam_ros.stamps import stamp_to_msg
 from hslam_types.gvg_events import NodeKind, NodeView
 from hslam_types.se2 import SE2
-from hslam_types.sensing import SCOUT_RING, OdometrySample, SonarSweep
+from hslam_types.sensing import SCOUT_RING, OdometrySample, SonarPing, SonarSweep
 
 STEP_NS = 120_000_000
 
@@ -54,12 +55,12 @@ class Pair(Stage):
         for client in (self.rest.access, self.rest.trace, self.rest.straight):
             self.spin_until(client.server_is_ready)
 
-    def cycle(self) -> None:
+    def cycle(self, odom: SE2 = SE2(), pings: tuple[SonarPing, ...] = ()) -> None:  # noqa: B008 (immutable)
         """Say one cycle and wait for its answer."""
         self.stamp_ns += STEP_NS
         answered = len(self.rest.statuses)
-        self.rest.odom.publish(conversions.odometry_to_msg(OdometrySample(self.stamp_ns, SE2())))
-        self.rest.sonar.publish(conversions.sonar_to_msg(SonarSweep(self.stamp_ns, SCOUT_RING, ())))
+        self.rest.odom.publish(conversions.odometry_to_msg(OdometrySample(self.stamp_ns, odom)))
+        self.rest.sonar.publish(conversions.sonar_to_msg(SonarSweep(self.stamp_ns, SCOUT_RING, pings)))
         self.spin_until(lambda: len(self.rest.statuses) > answered)
 
     def send(self, client: Any, goal: Any) -> Any:
@@ -226,3 +227,23 @@ def test_the_local_map_is_said_to_whoever_listens(pair: Pair) -> None:
     believed = pair.gvg._server.map.points()
     assert len(believed) > 0
     np.testing.assert_allclose(points, np.column_stack((believed, np.zeros(len(believed)))), atol=1e-6)
+
+
+def test_what_is_refused_stops_the_robot_for_a_cycle_and_is_told(pair: Pair) -> None:
+    commands: list[TwistStamped] = []
+    pair.rest.create_subscription(TwistStamped, "cmd_vel", commands.append, CYCLE)
+    pair.spin_until(lambda: pair.gvg._command.get_subscription_count() > 0)
+    pair.cycle()
+    pair.send(pair.rest.straight, DriveStraight.Goal(target=Point(x=2.0)))
+    pair.cycle()
+    pair.spin_until(lambda: len(commands) == 2)
+    assert commands[-1].twist.linear.x > 0.0
+    pair.cycle(odom=SE2(math.nan, 0.0, 0.0))
+    pair.spin_until(lambda: len(commands) == 3)
+    assert (commands[-1].twist.linear.x, commands[-1].twist.angular.z) == (0.0, 0.0)
+    assert pair.rest.statuses[-1].state == "blind"
+    pair.cycle(pings=(SonarPing(16, pair.stamp_ns, 1.0),))
+    pair.spin_until(lambda: len(commands) == 4)
+    assert commands[-1].twist.linear.x > 0.0
+    assert pair.rest.statuses[-1].state == "straight"
+    assert pair.rest.statuses[-1].detail == "refused messages: odom 1, sonar 1"

@@ -48,8 +48,8 @@ class LockStep:
         self._since_s, self._warned = now_s, False
 
     def answer(self, name: str, stamp_ns: int) -> None:
-        """Note that ``name`` has handled everything up to ``stamp_ns``."""
-        self._newest[name] = max(self._newest[name], stamp_ns)
+        """Note that ``name`` has handled everything up to ``stamp_ns``; it cannot have handled what is yet to come."""
+        self._newest[name] = max(self._newest[name], min(stamp_ns, self.stamp_ns))
 
     def missing(self) -> tuple[str, ...]:
         """Return whose answers the next cycle waits for, in the order given at the start."""

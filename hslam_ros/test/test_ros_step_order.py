@@ -3,10 +3,12 @@
 from random import Random
 from typing import Any
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from hslam_ros.step_order import Cycle, StepOrder
+from hslam_types.errors import MessageError
 
 
 def test_a_cycle_waits_for_an_implicit_stream() -> None:
@@ -19,7 +21,7 @@ def test_a_cycle_waits_for_an_implicit_stream() -> None:
 
 
 def test_a_cycle_waits_for_every_promised_message() -> None:
-    order = StepOrder(promised=["events"])
+    order = StepOrder(promised={"events": 1000})
     order.tick(10)
     order.promise("events", 10, 2)
     order.put("events", 10, "arrival")
@@ -39,7 +41,7 @@ def test_messages_of_a_later_cycle_stay_behind() -> None:
 
 
 def test_running_free_it_waits_no_longer_than_the_hold_back() -> None:
-    order = StepOrder(promised=["landmarks"], hold_ns=5)
+    order = StepOrder(promised={"landmarks": 16}, hold_ns=5)
     order.tick(10)
     order.tick(14)
     assert not list(order.ready())
@@ -54,7 +56,7 @@ def test_any_interleaving_gives_the_same_cycles(events_per_cycle: list[int], ran
     events = [("event", 10 * i, f"event{i}.{k}") for i, n in enumerate(events_per_cycle) for k in range(n)]
     totals = [sum(events_per_cycle[: i + 1]) for i in range(len(events_per_cycle))]
     promises = [("promise", 10 * i, total) for i, total in enumerate(totals)]
-    order = StepOrder(promised=["events"])
+    order = StepOrder(promised={"events": 1000})
     seen: list[Cycle] = []
     topics: list[list[tuple[str, int, Any]]] = [[*clock], [*events], [*promises]]
     while any(topics):
@@ -69,3 +71,48 @@ def test_any_interleaving_gives_the_same_cycles(events_per_cycle: list[int], ran
     expected = [tuple(f"event{i}.{k}" for k in range(n)) for i, n in enumerate(events_per_cycle)]
     assert [cycle.inputs["events"] for cycle in seen] == expected
     assert [cycle.clock for cycle in seen] == [f"odom{i}" for i in range(len(expected))]
+
+
+def test_a_refused_message_counts_as_come() -> None:
+    order = StepOrder(implicit=["sonar"], promised={"events": 1000})
+    order.tick(10, "odom")
+    order.promise("events", 10, 2)
+    order.put("events", 10, "arrival")
+    order.miss("events", None)
+    assert not list(order.ready())
+    order.miss("sonar", 10)
+    (cycle,) = order.ready()
+    assert cycle.inputs == {"sonar": (), "events": ("arrival",)}
+
+
+def test_a_refused_clock_message_is_a_cycle_to_answer_whose_inputs_wait_for_the_next() -> None:
+    order = StepOrder(implicit=["sonar"])
+    order.tick(10, "odom")
+    order.put("sonar", 10, "first")
+    order.put("sonar", 20, "second")
+    order.skip(20)
+    assert [(cycle.stamp_ns, cycle.skipped) for cycle in order.ready()] == [(10, False), (20, True)]
+    order.tick(30, "odom")
+    order.put("sonar", 30, "third")
+    (cycle,) = order.ready()
+    assert (cycle.clock, cycle.skipped, cycle.inputs) == ("odom", False, {"sonar": ("second", "third")})
+
+
+def test_the_stamp_of_a_refused_message_is_believed_only_where_it_is_due() -> None:
+    order = StepOrder(implicit=["sonar"])
+    order.tick(10, "odom")
+    order.put("sonar", 10, "sweep")
+    assert len(list(order.ready())) == 1
+    for stamp_ns in (None, 10, 5, 2**61):
+        order.skip(stamp_ns)
+        order.miss("sonar", stamp_ns)
+    order.tick(20, "odom")
+    assert not list(order.ready())
+
+
+def test_a_message_that_repeats_the_stamp_of_the_clock_is_refused() -> None:
+    order = StepOrder()
+    order.tick(10, "odom")
+    with pytest.raises(MessageError, match="that of the message before"):
+        order.tick(10, "odom")
+    assert len(list(order.ready())) == 1

@@ -33,7 +33,7 @@ def battery_to_msg(stamp_ns: int, battery: Battery) -> BatteryState:
     )
 
 
-def diagnostics_to_msg(step: SimStep) -> DiagnosticArray:
+def diagnostics_to_msg(step: SimStep, messages_refused: int) -> DiagnosticArray:
     """Return the base's health (REP-107)."""
     status = DiagnosticStatus(
         level=DiagnosticStatus.WARN if step.bumped else DiagnosticStatus.OK,
@@ -44,6 +44,7 @@ def diagnostics_to_msg(step: SimStep) -> DiagnosticArray:
             KeyValue(key="odometer_m", value=f"{step.odometer_m:.2f}"),
             KeyValue(key="contacts", value=str(step.collisions)),
             KeyValue(key="battery_v", value=f"{step.battery.voltage_v:.2f}"),
+            KeyValue(key="messages_refused", value=str(messages_refused)),
         ],
     )
     return DiagnosticArray(header=header(step.stamp_ns, ""), status=[status])

@@ -12,7 +12,6 @@ from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.duration import Duration
 from rclpy.node import Node
-from rclpy.subscription import Subscription
 from rosgraph_msgs.msg import Clock as ClockMsg
 from sensor_msgs.msg import BatteryState
 from std_msgs.msg import Bool
@@ -20,11 +19,12 @@ from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
 from hslam_ros import conversions
+from hslam_ros.door import Door, stamped
 from hslam_ros.lock_step import LockStep, Patience
 from hslam_ros.parameters import declare
 from hslam_ros.qos import CYCLE, LATCHED, SENSOR
 from hslam_ros.spin import run
-from hslam_ros.stamps import NS_PER_S, stamp_from_msg, stamp_to_msg
+from hslam_ros.stamps import NS_PER_S, stamp_to_msg
 from hslam_ros.transforms import transform_to_msg
 from hslam_sim import sim_messages
 from hslam_sim.base_configuration import BaseConfiguration
@@ -34,6 +34,7 @@ from hslam_sim.run_configuration import RunConfiguration
 from hslam_sim.simulation import ClockConfiguration, SimStep, Simulation, SimulationConfiguration
 from hslam_sim.sonar_configuration import SonarConfiguration
 from hslam_sim.worlds import load_world
+from hslam_types.answer import Answer
 from hslam_types.sensing import Velocity
 
 COMMAND = "cmd_vel"
@@ -56,6 +57,7 @@ class SimNode(Node):
         self._command: Velocity | None = None
         self._last: SimStep | None = None
         self._next: SimStep | None = None
+        self._door = Door(self)
         self._create_publishers()
         self._finish_service = self.create_service(Trigger, "~/finish", self._on_finish)
         run = self._run
@@ -65,8 +67,10 @@ class SimNode(Node):
         prompt, trailing = ([COMMAND], awaited) if run.lockstep else ([], [])
         self._lock_step = LockStep(prompt, run.warn_after_s, run.fail_after_s, run.start_within_s, trailing)
         profile = CYCLE if run.lockstep else SENSOR
-        self._cmd_vel = self.create_subscription(TwistStamped, "cmd_vel", self._on_command, profile)
-        self._statuses = [self._hear(name) for name in awaited]
+        command = stamped(conversions.velocity_from_msg)
+        self._door.hear(TwistStamped, COMMAND, command, self._on_command, profile, self._on_refused_command)
+        for name in awaited:
+            self._hear(name)
         if not run.lockstep:
             period_s = self._simulation.config.clock.step_s / run.real_time_factor
             self._timer = self.create_timer(period_s, self._step, clock=Clock(clock_type=ClockType.STEADY_TIME))
@@ -79,7 +83,7 @@ class SimNode(Node):
             self.get_logger().warning(f"waiting for {missing} at {self._now_s():.2f} s")
             while self._suspects:
                 self._lock_step.await_also(self._suspects[0])
-                self._statuses.append(self._hear(self._suspects.pop(0)))
+                self._hear(self._suspects.pop(0))
         return self._finished
 
     def close(self) -> None:
@@ -92,8 +96,9 @@ class SimNode(Node):
         descriptor = ParameterDescriptor(description=about, read_only=True)
         return [name for name in self.declare_parameter(parameter, default, descriptor).value if name]
 
-    def _hear(self, name: str) -> Subscription:
-        return self.create_subscription(NodeStatus, f"{name}/status", functools.partial(self._on_status, name), CYCLE)
+    def _hear(self, name: str) -> None:
+        answered = functools.partial(self._on_answer, name)
+        self._door.hear(NodeStatus, f"{name}/status", conversions.answer_from_msg, answered, CYCLE)
 
     def _configuration(self) -> SimulationConfiguration:
         return SimulationConfiguration(
@@ -118,22 +123,25 @@ class SimNode(Node):
         self._battery = self.create_publisher(BatteryState, "battery", LATCHED)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
 
-    def _on_command(self, msg: TwistStamped) -> None:
-        self._command = conversions.velocity_from_msg(msg)
+    def _on_command(self, said: tuple[int, Velocity]) -> None:
+        stamp_ns, self._command = said
         if self._run.lockstep:
-            stamp_ns = stamp_from_msg(msg.header.stamp)
             if self._last is not None and stamp_ns == self._last.stamp_ns and self._next is None:
                 self._next = self._advance()  # what comes of the command, while the others still think
             self._answer(COMMAND, stamp_ns)
 
-    def _on_status(self, name: str, msg: NodeStatus) -> None:
-        stamp_ns = stamp_from_msg(msg.header.stamp)
-        if msg.finished and self._complete_ns is None:
-            self._complete_ns = stamp_ns
+    def _on_refused_command(self, stamp_ns: int | None) -> None:
+        """Stop the base: who commands what is no number has lost it."""
+        if stamp_ns is not None:
+            self._on_command((stamp_ns, Velocity()))
+
+    def _on_answer(self, name: str, answer: Answer) -> None:
+        if answer.finished and self._complete_ns is None:
+            self._complete_ns = answer.stamp_ns
         if self._run.lockstep:
-            self._answer(name, stamp_ns)
+            self._answer(name, answer.stamp_ns)
         else:
-            self._finished |= msg.finished
+            self._finished |= answer.finished
 
     def _answer(self, name: str, stamp_ns: int) -> None:
         """Note an answer; with the last one publish the next step, or end after the one that followed the last."""
@@ -175,7 +183,7 @@ class SimNode(Node):
             self._bumper.publish(Bool(data=step.bumped))
         if before is None or step.stamp_ns // NS_PER_S != before.stamp_ns // NS_PER_S:
             self._battery.publish(sim_messages.battery_to_msg(step.stamp_ns, step.battery))
-            self._diagnostics.publish(sim_messages.diagnostics_to_msg(step))
+            self._diagnostics.publish(sim_messages.diagnostics_to_msg(step, self._door.refused))
 
     def _on_finish(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         self._finished = True

@@ -4,6 +4,7 @@ import math
 import signal
 import subprocess
 import sys
+from collections.abc import Callable
 
 import pytest
 from geometry_msgs.msg import TwistStamped
@@ -22,6 +23,7 @@ from hslam_sim.worlds import load_world
 from hslam_types.sensing import LandmarkView, OdometrySample, SonarSweep, Velocity
 
 NODES = ("gvg", "ekf", "atlas")
+Command = Callable[[int], Velocity]
 RUN = "from hslam_sim.sim_node import main; main()"
 
 
@@ -33,8 +35,9 @@ def command(stamp_ns: int) -> Velocity:
 class Suite(Node):
     """Answers each cycle as the rest of the suite would, and keeps what it heard."""
 
-    def __init__(self, answering: tuple[str, ...] = NODES, finish_ns: int = 2**62) -> None:
+    def __init__(self, answering: tuple[str, ...] = NODES, finish_ns: int = 2**62, command: Command = command) -> None:
         super().__init__("suite")
+        self._command_to = command
         self.odom: list[OdometrySample] = []
         self.sonar: list[SonarSweep] = []
         self.landmarks: list[LandmarkView] = []
@@ -66,7 +69,7 @@ class Suite(Node):
         if not (self.odom and self.sonar) or self.odom[-1].stamp_ns != self.sonar[-1].stamp_ns:
             return
         stamp_ns = self.odom[-1].stamp_ns
-        self._cmd_vel.publish(conversions.velocity_to_msg(command(stamp_ns), stamp_ns))
+        self._cmd_vel.publish(conversions.velocity_to_msg(self._command_to(stamp_ns), stamp_ns))
         for topic in self._statuses:
             topic.publish(NodeStatus(header=conversions.header(stamp_ns, ""), finished=stamp_ns >= self._finish_ns))
 
@@ -85,6 +88,18 @@ def test_lock_step_gives_the_bits_of_the_simulation_in_process(staged: Staged) -
     assert suite.odom == pair
     assert suite.sonar == [step.sonar for step in steps]
     assert suite.landmarks == [step.landmarks for step in steps if step.landmarks is not None]
+
+
+def test_a_command_that_is_no_number_stops_the_base_and_holds_nothing_up(staged: Staged) -> None:
+    stage = staged(Stage, world="small_world")
+    lost_ns = 20 * 120_000_000
+    suite = Suite(finish_ns=59 * 120_000_000, command=lambda at: Velocity(math.nan if at > lost_ns else 0.2, 0.0))
+    sim, suite = stage.add(SimNode()), stage.add(suite)
+    stage.spin_until(sim.over)
+    assert len(suite.odom) == 60
+    assert suite.odom[20].velocity.forward > 0.1
+    assert suite.odom[-1].velocity.forward == pytest.approx(0.0, abs=1e-6)
+    assert sim._door.report() == "refused messages: cmd_vel 40"
 
 
 def test_a_silent_node_is_named_and_ends_the_run(staged: Staged) -> None:

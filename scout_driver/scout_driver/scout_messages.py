@@ -35,9 +35,15 @@ def battery_to_msg(stamp_ns: int, state: State) -> BatteryState:
     )
 
 
-def diagnostics_to_msg(stamp_ns: int, driver: ScoutDriver, state: State | None) -> DiagnosticArray:
-    """Return the health of the line and of the base (REP-107)."""
-    return DiagnosticArray(header=header(stamp_ns, ""), status=[_line_status(driver), _base_status(driver, state)])
+def diagnostics_to_msg(
+    stamp_ns: int, driver: ScoutDriver, state: State | None, messages_refused: int
+) -> DiagnosticArray:
+    """Return the health of the line, of the base and of what the node hears (REP-107)."""
+    level, message = (DiagnosticStatus.WARN, "refused commands") if messages_refused else (DiagnosticStatus.OK, "ok")
+    heard = _status("scout: inputs", level, message, {"messages_refused": messages_refused})
+    return DiagnosticArray(
+        header=header(stamp_ns, ""), status=[_line_status(driver), _base_status(driver, state), heard]
+    )
 
 
 def _line_status(driver: ScoutDriver) -> DiagnosticStatus:

@@ -22,12 +22,13 @@ from std_srvs.srv import SetBool, Trigger
 from tf2_msgs.msg import TFMessage
 
 from hslam_ros import conversions
+from hslam_ros.door import Door, stamped
 from hslam_ros.parameters import declare
 from hslam_ros.qos import CYCLE, LATCHED
 from hslam_ros.spin import run
-from hslam_ros.stamps import stamp_from_msg
+from hslam_ros.stamps import NS_PER_S
 from hslam_ros.transforms import transform_to_msg
-from hslam_types.sensing import SonarPing
+from hslam_types.sensing import SonarPing, Velocity
 from scout_driver import scout_messages
 from scout_driver.clock import BoardTime, WallClock
 from scout_driver.config import DriverConfig, NodeConfig
@@ -35,7 +36,6 @@ from scout_driver.driver import Reading, ScoutDriver
 from scout_driver.reading_stamps import ReadingStamps
 from scout_driver.transport import PatientTransport, Transport, open_transport
 
-NS_PER_S = 1_000_000_000
 NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 """Commands: the newest alone counts, and one from before this node began must never reach it."""
 
@@ -68,7 +68,9 @@ class ScoutNode(LifecycleNode):
         self._battery = self.create_publisher(BatteryState, "battery", LATCHED)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
         profile = CYCLE if self._config.lockstep else NEWEST
-        self._cmd_vel = self.create_subscription(TwistStamped, "cmd_vel", self._on_command, profile)
+        self._door = Door(self)
+        command = stamped(conversions.velocity_from_msg)
+        self._door.hear(TwistStamped, "cmd_vel", command, self._on_command, profile, self._on_refused_command)
         self._zero = self.create_service(Trigger, "~/zero_odometry", self._on_zero)
         self._limp = self.create_service(SetBool, "~/limp", self._on_limp)
 
@@ -124,11 +126,16 @@ class ScoutNode(LifecycleNode):
             self._timers[0].timer_period_ns = round(next_s / self._config.time_factor * NS_PER_S)
         self._exchange(publish=True)
 
-    def _on_command(self, msg: TwistStamped) -> None:
-        driver, stamp_ns = self._driver, stamp_from_msg(msg.header.stamp)
+    def _on_refused_command(self, stamp_ns: int | None) -> None:
+        """Stop the base: who commands what is no number has lost it."""
+        if stamp_ns is not None:
+            self._on_command((stamp_ns, Velocity()))
+
+    def _on_command(self, said: tuple[int, Velocity]) -> None:
+        driver, (stamp_ns, velocity) = self._driver, said
         if driver is None or (not self._config.lockstep and self._stale(stamp_ns)):
             return
-        driver.command(conversions.velocity_from_msg(msg))
+        driver.command(velocity)
         if not self._config.lockstep:
             self._exchange(publish=False)  # the wheels hear of it now; the next cycle publishes what was heard
         elif self._last is not None and stamp_ns >= self._stamps.stamp_ns(self._last):
@@ -173,7 +180,7 @@ class ScoutNode(LifecycleNode):
         if last is not None:
             self._battery.publish(scout_messages.battery_to_msg(stamp_ns, last.state))
         state = last.state if last is not None else None
-        self._diagnostics.publish(scout_messages.diagnostics_to_msg(stamp_ns, self._driver, state))
+        self._diagnostics.publish(scout_messages.diagnostics_to_msg(stamp_ns, self._driver, state, self._door.refused))
 
     def _on_zero(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         response.success = self._driver is not None
