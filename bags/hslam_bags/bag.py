@@ -16,7 +16,7 @@ from hslam_bags.metadata import FILE_NAME
 from hslam_bags.sqlite_storage import SqliteStorage
 from hslam_bags.stored import Storage, StoredMessage, StoredTopic, in_time_order
 from hslam_bags.topic_choice import TopicChoice
-from hslam_types.strict_yaml import YamlError, load_yaml
+from hslam_types.yaml_text import YamlError, load_yaml
 
 REPAIR_HINT = "what is readable: hslam bag repair"
 _ENDINGS = (".mcap", ".db3", ".mcap.zstd", ".db3.zstd")
@@ -193,7 +193,7 @@ def _read_metadata(directory: Path) -> _Listed:
     except OSError as error:
         raise BagError(path, "", f"cannot be read: {error.strerror}") from error
     except YamlError as error:
-        raise BagError(path, f"line {error.line}" if error.line else "", f"is not YAML: {error.problem}") from error
+        raise BagError(path, f"line {error.line}" if error.line else "", "is not YAML") from error
     except (KeyError, TypeError, AttributeError, UnicodeDecodeError) as error:
         raise BagError(path, "", f"is no rosbag2 metadata: {error!r}") from error
 

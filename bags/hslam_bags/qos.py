@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from hslam_types.strict_yaml import YamlError, load_yaml
+from hslam_types.yaml_text import YamlError, load_yaml
 
 INFINITE_NS = 2**63 - 1
 """How rmw writes "no limit" for deadline, lifespan and lease duration."""

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from hslam_bringup.errors import RunError
-from hslam_types.strict_yaml import YamlError, load_yaml
+from hslam_types.yaml_text import YamlError, load_yaml
 
 LEVELS = ("gvg", "ekf", "atlas")
 BASES = {"sim": ("sim",), "scout": ("scout_emulator", "scout")}

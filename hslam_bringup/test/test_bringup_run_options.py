@@ -22,9 +22,9 @@ def test_settings_are_yaml_by_node() -> None:
         ("scout.watchdog_s=1.0", "one of sim, ekf"),
         ("sim.seed=2", "'seed' is not a setting"),
         ("ekf.accept_gate=[", "not YAML"),
-        ("ekf.accept_gate=" + "9" * 5000, "the value is no int"),
-        ("ekf.accept_gate=" + "[" * 5000, "nested deeper"),
-        ("ekf.accept_gate={a: 1, a: 2}", "'a' is given twice"),
+        ("ekf.accept_gate=" + "9" * 5000, "the value is not YAML"),
+        ("ekf.accept_gate=" + "[" * 5000, "nested too deeply"),
+        ("ekf.accept_gate={a: 1, a: 2}", "'a' is there twice"),
     ],
 )
 def test_a_setting_that_would_do_nothing_or_harm_is_refused(assignment: str, told: str) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 from hslam_sim import floor_plan, raster_floor, raster_map, wall_landmarks
 from hslam_sim.world import World, WorldError
 from hslam_types.errors import ConfigurationError
-from hslam_types.strict_yaml import YamlError, load_yaml
+from hslam_types.yaml_text import YamlError, load_yaml
 
 PACKAGE = "hslam_sim"
 
