@@ -5,31 +5,31 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from hslam_msgs.msg import Atlas, EdgeMap, FrameLink, GvgEvent, NodeStatus
-from hslam_msgs.srv import AtlasFile, IdentifyNode
+from hslam_msgs.msg import EdgeMap, FrameLink, GvgEvent, NodeStatus
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
 from rclpy.node import Node
-from tf2_msgs.msg import TFMessage
-from visualization_msgs.msg import MarkerArray
 
-from hslam_atlas.atlas_messages import atlas_to_markers, atlas_to_msg, edge_in_map_to_msg
+from hslam_atlas.atlas_in_use import AtlasInUse
+from hslam_atlas.atlas_picture import AtlasPicture
+from hslam_atlas.atlas_services import AtlasServices
 from hslam_atlas.config import AtlasConfig
-from hslam_atlas.errors import StoreError
 from hslam_atlas.explore_action import ExploreAction, out_of_reach
 from hslam_atlas.gvg_client import GvgClient
-from hslam_atlas.picture import node_poses
 from hslam_atlas.server import AtlasOutput, AtlasServer
-from hslam_atlas.store import AtlasStore
 from hslam_ros import conversions
 from hslam_ros.door import Door, stamped
 from hslam_ros.parameters import declare
-from hslam_ros.qos import CYCLE, EVENTS, LATCHED
+from hslam_ros.qos import CYCLE, EVENTS
 from hslam_ros.spin import run
 from hslam_ros.stamps import NS_PER_S
 from hslam_ros.step_order import Cycle, StepOrder
 from hslam_types import edge_map, gvg_events
 from hslam_types.answer import Answer
 from hslam_types.config import Configuration, parameter
-from hslam_types.se2 import SE2
+
+_SAVE_AGAIN_S = 1.0
+"""How often it is tried again to write an atlas that could not be written."""
 
 
 @dataclass(frozen=True)
@@ -53,8 +53,7 @@ class AtlasNode(Node):
         super().__init__("atlas")
         self._config = declare(self, AtlasNodeConfig)
         atlas_config = declare(self, AtlasConfig)
-        self._store = AtlasStore(Path(self._config.store) if self._config.store else None)
-        self._server = AtlasServer(atlas_config, self._store)
+        self._in_use = AtlasInUse(atlas_config, Path(self._config.store) if self._config.store else None)
         hold_ns = None if self._config.lockstep else round(self._config.hold_back_s * NS_PER_S)
         promised = {"events": EVENTS.depth, "maps": EVENTS.depth}
         self._order = StepOrder(promised=promised, hold_ns=hold_ns, take_up=not self._server.state.graph.nodes)
@@ -62,23 +61,24 @@ class AtlasNode(Node):
         self._cycles: list[Cycle] = []
         self._deciding = False
         self._outputs = 0
-        self._poses: dict[int, SE2] = {}  # the nodes' in map, composed when the atlas changes
         self._gvg = GvgClient(self, self._config.gvg)
         self._create_topics()
-        self.create_service(AtlasFile, "~/save", self._on_save)
-        self.create_service(AtlasFile, "~/load", self._on_load)
-        self.create_service(IdentifyNode, "~/identify", self._on_identify)
+        self._picture = AtlasPicture(self, self._in_use)
+        self._asked = AtlasServices(self, self._in_use, self._picture.show_other_graph)
         self._explore = ExploreAction(self, lambda: self._server)
+        self._unsaved: str | None = None
+        self.create_timer(_SAVE_AGAIN_S, self._save_again, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    @property
+    def _server(self) -> AtlasServer:
+        return self._in_use.server
 
     def close(self) -> None:
-        """Close the atlas file."""
-        self._store.close()
+        """Close the atlas file; raises StoreError if the newest of the atlas cannot be saved."""
+        self._in_use.close()
 
     def _create_topics(self) -> None:
         gvg, ekf = self._config.gvg, self._config.ekf
-        self._atlas = self.create_publisher(Atlas, "~/atlas", LATCHED)
-        self._markers = self.create_publisher(MarkerArray, "~/markers", LATCHED)
-        self._tf = self.create_publisher(TFMessage, "/tf_static", LATCHED)  # holds from one event to the next
         self._status = self.create_publisher(NodeStatus, "~/status", CYCLE)
         for kind, topic, convert, stream in (
             (GvgEvent, f"{gvg}/events", conversions.event_from_msg, "events"),
@@ -117,10 +117,11 @@ class AtlasNode(Node):
         maps = tuple(item for item in cycle.inputs["maps"] if isinstance(item, edge_map.EdgeMap))
         links = tuple(item for item in cycle.inputs["maps"] if isinstance(item, edge_map.FrameLink))
         out = self._server.step(events, maps, links)
+        self._tell_of_saving()
         if out.changed:
-            self._publish_graph(cycle.stamp_ns)
+            self._picture.show_graph(cycle.stamp_ns)
         if events:
-            self._publish_frame(cycle.stamp_ns)
+            self._picture.show_frame(cycle.stamp_ns)
         if out.goal is None:
             self._answer(cycle.stamp_ns, out)
             return
@@ -151,46 +152,26 @@ class AtlasNode(Node):
             status.detail += " and out of reach" if left else ""
         else:
             status.state = "exploring" if self._server.exploring else "mapping"
+        if self._server.unsaved is not None:
+            status.detail += f", not saved: {self._server.unsaved}"
         status.finished = out.finished
         status.detail += f"; {self._door.report()}" if self._door.refused else ""
         self._status.publish(status)
         self._explore.after_step(out)
 
-    def _publish_graph(self, stamp_ns: int) -> None:
-        self._poses = node_poses(self._server.state.graph)
-        self._atlas.publish(atlas_to_msg(self._server, self._poses, stamp_ns))
-        if self._markers.get_subscription_count():
-            self._markers.publish(atlas_to_markers(self._server, self._poses, stamp_ns))
+    def _save_again(self) -> None:
+        if self._server.unsaved is not None:
+            self._server.try_to_save()
+        self._tell_of_saving()
 
-    def _publish_frame(self, stamp_ns: int) -> None:
-        transform = edge_in_map_to_msg(self._server, self._poses, stamp_ns)
-        if transform is not None:
-            self._tf.publish(transform)
-
-    def _on_save(self, request: AtlasFile.Request, response: AtlasFile.Response) -> AtlasFile.Response:
-        try:
-            self._server.save_as(Path(request.path))
-            response.success, response.message = True, f"saved to {request.path}"
-        except StoreError as error:
-            response.success, response.message = False, str(error)
-        return response
-
-    def _on_load(self, request: AtlasFile.Request, response: AtlasFile.Response) -> AtlasFile.Response:
-        try:
-            store = AtlasStore(Path(request.path), create=False)
-            server = AtlasServer(self._server.state.config, store)
-            server.exploring = self._server.exploring
-            self._store.close()
-            self._server, self._store, self._poses = server, store, {}
-            response.success, response.message = True, f"loaded {request.path}; the robot has to find itself"
-        except StoreError as error:
-            response.success, response.message = False, str(error)
-        return response
-
-    def _on_identify(self, request: IdentifyNode.Request, response: IdentifyNode.Response) -> IdentifyNode.Response:
-        response.success = self._server.identify(request.node)
-        response.message = "taken" if response.success else "the map contradicts, or that node was never suspected"
-        return response
+    def _tell_of_saving(self) -> None:
+        """Say once that the atlas cannot be saved, and once that it is."""
+        why, before = self._server.unsaved, self._unsaved
+        if why is not None and before is None:
+            self.get_logger().error(f"{why}; the robot goes on, and it is tried again")
+        if why is None and before is not None:
+            self.get_logger().info("the atlas is saved again")
+        self._unsaved = why
 
 
 def main() -> None:

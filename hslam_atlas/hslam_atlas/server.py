@@ -1,9 +1,11 @@
 """The atlas as one object: events, edge-maps and links in, the next goal out."""
 
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 from hslam_atlas.config import AtlasConfig
+from hslam_atlas.errors import StoreError
 from hslam_atlas.explore import next_branch, unexplored
 from hslam_atlas.look_alikes import LookAlikes
 from hslam_atlas.mapper import Mapper
@@ -43,6 +45,8 @@ class AtlasServer:
         self.exploring = config.mission == "explore"
         self.unexplored = unexplored(graph)
         """How many branches are left to explore, counted when the atlas changes: that takes a look at every node."""
+        self.unsaved: str | None = None
+        """Why the newest of the atlas is not in its file yet, None where it is."""
         self._finished = False
         self._waiting = True
         """Whether the GVG level has nothing to do: at the start and after each arrival."""
@@ -75,26 +79,43 @@ class AtlasServer:
             self._finished = goal.kind is GoalKind.STOP
             self._waiting = False
         if changed:
-            self._save()
+            self.unexplored = unexplored(self.state.graph)
+            self.try_to_save()
         return AtlasOutput(goal, self._finished, changed)
+
+    def save(self) -> None:
+        """Write what is not in the file yet; raises StoreError, and the next save will write it."""
+        alike = self.state.look_alikes
+        counts = {"closures": self.state.closures, "compared": alike.compared, "alike": alike.alike}
+        try:
+            self.store.save(self.state.graph, self.questions.open, counts)
+            self.unsaved = None
+        except StoreError as error:
+            self.unsaved = str(error)
+            raise
+
+    def try_to_save(self) -> None:
+        """Write what is not in the file yet; where that cannot be, `unsaved` says why, and the robot goes on."""
+        with suppress(StoreError):
+            self.save()
+
+    def save_rest(self) -> None:
+        """Write what could not be written until now, if there is such; raises StoreError if it still cannot be."""
+        if self.unsaved is not None:
+            self.save()
 
     def save_as(self, path: Path) -> None:
         """Write a copy of the atlas to another file; raises StoreError."""
-        self._save()
+        self.save()
         self.store.save_as(path)
 
     def identify(self, node: int) -> bool:
         """Be told, by someone who knows, that the robot is at a certain node; False if that contradicts the map."""
         taken = self.mapper.be_told(node)
         if taken:
-            self._save()
+            self.unexplored = unexplored(self.state.graph)
+            self.try_to_save()
         return taken
-
-    def _save(self) -> None:
-        self.unexplored = unexplored(self.state.graph)
-        alike = self.state.look_alikes
-        counts = {"closures": self.state.closures, "compared": alike.compared, "alike": alike.alike}
-        self.store.save(self.state.graph, self.questions.open, counts)
 
     def _enter(self, event: GvgEvent, edge_maps: tuple[EdgeMap, ...], links: tuple[FrameLink, ...]) -> bool:
         """Enter one event; return whether the atlas has changed."""

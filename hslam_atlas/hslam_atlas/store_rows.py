@@ -1,7 +1,8 @@
-"""Graph and open questions as rows of the atlas file's tables."""
+"""Graph, edge-maps and open questions as rows of the atlas file's tables."""
 
 import json
 import sqlite3
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -39,6 +40,15 @@ def read_graph(db: sqlite3.Connection) -> AtlasGraph:
     for link_id, node0, node1, pose, length in db.execute("SELECT * FROM links ORDER BY id"):
         graph.put_link(Link(link_id, node0, node1, _pose_from_blob(pose), length))
     return graph
+
+
+def write_maps(db: sqlite3.Connection, maps: Mapping[int, bytes | None]) -> None:
+    """Write edge-maps by edge; None takes one out."""
+    for edge_id, blob in maps.items():
+        if blob is None:
+            db.execute("DELETE FROM edge_maps WHERE edge = ?", (edge_id,))
+        else:
+            db.execute("INSERT OR REPLACE INTO edge_maps VALUES (?, ?)", (edge_id, blob))
 
 
 def write_questions(db: sqlite3.Connection, questions: list[Question]) -> None:

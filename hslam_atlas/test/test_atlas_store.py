@@ -61,20 +61,6 @@ def test_atlas_read_back_is_the_atlas_written(tmp_path: Path) -> None:
         assert {q.node for q in back.questions.open} == {q.node for q in server.questions.open}
 
 
-def test_file_of_a_killed_process_is_whole(tmp_path: Path) -> None:
-    """What was not committed is lost, what was is readable: as if killed in the middle of a step."""
-    path = tmp_path / "atlas.db"
-    store = AtlasStore(path)
-    server = run(store, 8)
-    nodes = len(server.state.graph.nodes)
-    store.set_meta("half", "done")  # a transaction begun and never committed
-    with sqlite3.connect(path) as other:
-        assert other.execute("SELECT count(*) FROM nodes").fetchone() == (nodes,)
-        assert other.execute("SELECT count(*) FROM meta WHERE key = 'half'").fetchone() == (0,)
-    other.close()
-    store.close()
-
-
 def test_maps_are_read_when_asked_for(tmp_path: Path) -> None:
     with AtlasStore(tmp_path / "atlas.db") as store:
         run(store, 8)
@@ -149,22 +135,6 @@ def test_a_copy_that_fails_leaves_the_old_one(tmp_path: Path, monkeypatch: pytes
             store.save_as(old)
     assert old.read_bytes() == b"precious"
     assert [path.name for path in tmp_path.iterdir()] == ["copy.db"]
-
-
-def test_a_file_that_cannot_be_written_is_told_and_the_half_step_is_lost(tmp_path: Path) -> None:
-    path = tmp_path / "atlas.db"
-    store = AtlasStore(path)
-    server = run(store, 6)
-    lines = list(store.dump())
-    server.state.graph.changed_nodes.update(server.state.graph.nodes)
-    store._db.execute("PRAGMA query_only = on")
-    with pytest.raises(StoreError, match=r"atlas\.db: cannot be written"):
-        server.save_as(tmp_path / "copy.db")
-    store._db.execute("PRAGMA query_only = off")
-    store.set_meta("half", "done")
-    store.close()
-    with AtlasStore(path, create=False) as again:
-        assert list(again.dump()) == lines
 
 
 def change(path: Path, statement: str) -> None:

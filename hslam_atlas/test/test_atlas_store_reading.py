@@ -1,6 +1,8 @@
 """An atlas opened to read: never created, never changed, whatever its writer does or has left behind."""
 
 import sqlite3
+import subprocess
+import sys
 from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
@@ -51,7 +53,7 @@ def test_nothing_can_be_written(tmp_path: Path) -> None:
     path = atlas(tmp_path / "atlas.db")
     before = content(tmp_path)
     with AtlasStore.reading(path) as store, pytest.raises(StoreError, match=r"atlas\.db: cannot be written"):
-        store.set_meta("mine", "now")
+        store.save(*store.load(), {})
     assert content(tmp_path) == before
 
 
@@ -67,6 +69,17 @@ def test_a_reader_keeps_the_atlas_it_opened_while_it_is_written(tmp_path: Path) 
             assert reader.counts() == {"closures": 7}
         with AtlasStore.reading(path) as reader:
             assert reader.counts() == {"closures": 8}
+
+
+def test_reading_a_file_does_not_cost_this_process_its_locks(tmp_path: Path) -> None:
+    """As a plain open and close of the file would: the writer would go on with nothing to keep others out."""
+    path = atlas(tmp_path / "atlas.db")
+    with closing(sqlite3.connect(path)) as writer:
+        writer.execute("BEGIN IMMEDIATE")
+        AtlasStore.reading(path).close()
+        other = f"import sqlite3; sqlite3.connect({str(path)!r}, timeout=0).execute('BEGIN IMMEDIATE')"
+        refused = subprocess.run([sys.executable, "-c", other], capture_output=True, text=True, check=False)
+    assert "database is locked" in refused.stderr
 
 
 def left_whole(path: Path) -> int:

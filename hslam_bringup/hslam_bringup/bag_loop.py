@@ -49,7 +49,8 @@ class BagLoop:
 def rebuild_atlas(bag: Bag, options: RunOptions) -> int:
     """Make ``options.atlas`` of an open bag, with ``options.settings`` for ekf and atlas; return the number of cycles.
 
-    Raises BagError if the bag is damaged or lacks a topic, ConfigurationError on a bad setting.
+    Raises BagError if the bag is damaged or lacks a topic, ConfigurationError on a bad setting, StoreError if the atlas
+    cannot be written.
     """
     with AtlasStore(options.atlas) as store:
         for topic in TOPICS:
@@ -64,4 +65,5 @@ def rebuild_atlas(bag: Bag, options: RunOptions) -> int:
             if portion.complete:
                 loop.step(portion)
                 cycles += 1
+        loop.atlas.save_rest()
     return cycles

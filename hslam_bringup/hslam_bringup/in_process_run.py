@@ -117,6 +117,7 @@ def run_in_process(options: RunOptions, show: Callable[[Snapshot], None]) -> Run
             if steps % _SHOW_EVERY == 0:
                 show(run.snapshot())
         show(run.snapshot())
+        run.atlas.save_rest()
     peak_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
     return RunEnd(run.finished, {"all": round(peak_mb, 1)})
 

@@ -17,7 +17,7 @@ SET_BY_THE_RUN = frozenset(
     ("world", "seed", "landmark_seed", "landmark_source", "lockstep", "lockstep_nodes", "mission", "port", "store")
 )
 """Parameters that make a run what it is: `explore` has options for some, the others hold its parts together."""
-ATLAS_FILES = ("atlas.db", "atlas.db-journal")
+ATLAS_FILES = ("atlas.db", "atlas.db-wal", "atlas.db-shm", "atlas.db-journal")
 _LEFT_BY_A_RUN = (*ATLAS_FILES, "bag", "figures", "report.json", "log", "scout.tty")
 
 

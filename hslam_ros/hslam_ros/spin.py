@@ -56,12 +56,20 @@ def run(make_node: Callable[[], Node], done: Callable[[Node], bool] = lambda _: 
         while not stop.asked and not done(node):
             executor.spin_once(timeout_sec=_POLL_S)
     except HslamError as error:
-        sys.stderr.write(f"{node.get_name() if node else Path(sys.argv[0]).name}: {error}\n")
-        code = 1
+        code = _tell(node, error)
     finally:
         if node is not None:
-            if hasattr(node, "close"):
-                node.close()
+            try:
+                if hasattr(node, "close"):
+                    node.close()
+            except HslamError as error:
+                code = _tell(node, error)
             node.destroy_node()
         rclpy.try_shutdown()
     sys.exit(code)
+
+
+def _tell(node: Node | None, error: HslamError) -> int:
+    """Write an error's one line; return the exit status."""
+    sys.stderr.write(f"{node.get_name() if node else Path(sys.argv[0]).name}: {error}\n")
+    return 1
