@@ -86,6 +86,7 @@ class Simulation:
     def __init__(self, world: World, config: SimulationConfiguration | None = None, seed: int = 0) -> None:
         """Put the robot at the world's start; time begins at zero."""
         self.config = config = config or SimulationConfiguration()
+        world.check_room(config.base.body_radius_m)
         segments = world.walls
         reach = max(SCOUT_RING.range_max_m + SCOUT_RING.mount_radius_m, config.landmarks.range_max_m)
         walls = WallIndex(segments, reach)

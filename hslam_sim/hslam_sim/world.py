@@ -47,6 +47,12 @@ class World:
         rings = [np.asarray(ring.coords) for ring in (self.free_space.exterior, *self.free_space.interiors)]
         return np.concatenate([np.hstack([ring[:-1], ring[1:]]) for ring in rings])
 
+    def check_room(self, body_radius_m: float) -> None:
+        """Raise WorldError unless the round body fits where it starts."""
+        room_m = self.clearance(self.start.x, self.start.y)
+        if room_m < body_radius_m:
+            raise WorldError(f"start: {room_m:.2f} m to the nearest wall; the body needs {body_radius_m:g} m")
+
     def clearance(self, x: float, y: float) -> float:
         """Return the distance (m) from a point in map to the nearest wall."""
         return float(self.free_space.boundary.distance(shapely.Point(x, y)))

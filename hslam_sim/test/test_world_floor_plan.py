@@ -97,8 +97,11 @@ def test_every_shipped_world_loads_by_name() -> None:
         ("corridors: []", "one connected floor"),
         ("corridors: [{name: a, width: 2, line: [[0, 0], [5, 0]]}]", "'start' must be"),
         ("corridors: [{name: a, line: [[0, 0], [5, 0]]}]", "'width' is missing"),
-        ("corridors: [{name: a, width: wide, line: [[0, 0], [5, 0]]}]", "a value is wrong"),
-        ("corridors: 5", "a value is wrong"),
+        (
+            "corridors: [{name: a, width: wide, line: [[0, 0], [5, 0]]}]",
+            "'a': width must be a number, not 'wide'",
+        ),
+        ("corridors: 5", "corridors must be a list, not 5"),
     ],
 )
 def test_a_broken_file_is_named_in_one_line(tmp_path: Path, text: str, says: str) -> None:
@@ -108,6 +111,17 @@ def test_a_broken_file_is_named_in_one_line(tmp_path: Path, text: str, says: str
         load_world(str(path))
     assert str(path) in str(raised.value)
     assert "\n" not in str(raised.value)
+
+
+def test_the_formats_page_names_every_key_and_its_example_is_a_world(tmp_path: Path) -> None:
+    page = (Path(__file__).parents[2] / "docs" / "floor_plans.md").read_text(encoding="utf-8")
+    keys = (*floor_plan.KEYS, *floor_plan.CORRIDOR_KEYS, *floor_plan.FEATURE_KEYS, *floor_plan.START_KEYS)
+    assert [key for key in keys if f"`{key}`" not in page] == []
+    (tmp_path / "example.yaml").write_text(page.partition("```yaml\n")[2].partition("```")[0], encoding="utf-8")
+    world = load_world(str(tmp_path / "example.yaml"))
+    assert world.name == "corner"
+    assert world.free_space.contains(shapely.Point(21.0, 17.0)), "the room is joined to the corridor's end"
+    assert not world.free_space.contains(shapely.Point(23.8, 14.3))
 
 
 def test_an_unknown_world_lists_the_known_ones() -> None:
