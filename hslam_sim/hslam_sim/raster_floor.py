@@ -22,7 +22,8 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from hslam_sim.raster_map import Mask, RasterMap
+from hslam_sim.map_image import Mask
+from hslam_sim.raster_map import RasterMap
 from hslam_sim.world import WorldError
 from hslam_types.se2 import SE2, Array
 

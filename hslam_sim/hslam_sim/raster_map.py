@@ -1,9 +1,11 @@
 """Read a map_server map: a YAML beside a PGM or PNG image, as nav2_map_server understands it.
 
-Source: nav2_map_server, map_io.cpp (modes trinary, scale and raw; colour is averaged to grey; a pixel
-that is not fully opaque is unknown in mode scale).
+Source: nav2_map_server of Jazzy, map_io.cpp.  Where this differs (the package's README lists it), it refuses what that
+lets through.
 """
 
+import functools
+import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,13 +13,19 @@ from typing import Any
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 
+from hslam_sim.floor_plan import KEYS_OF_ANY_WORLD
+from hslam_sim.map_image import Mask, read_image
+from hslam_sim.section import Section, numbers, shown
 from hslam_sim.world import WorldError
 from hslam_types.se2 import SE2
 
-Mask = npt.NDArray[np.bool_]
 MODES = ("trinary", "scale", "raw")
+MAP_KEYS = ("image", "mode", "resolution", "origin", "negate", "occupied_thresh", "free_thresh")
+UNKNOWN_GREY = 205
+"""How map_saver writes a pixel it knows nothing of."""
+RESOLUTIONS_M = (0.001, 10.0)
+TRUTHS = dict.fromkeys(("true", "yes", "on", "y"), True) | dict.fromkeys(("false", "no", "off", "n"), False)
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,50 +43,55 @@ class RasterMap:
 def read(folder: Path, content: Mapping[str, Any]) -> RasterMap:
     """Return the map a map_server YAML's ``content`` describes; its image is looked for from ``folder``.
 
-    Raises WorldError (one line) on a missing or broken image, an unknown mode or values out of range.
+    Raises WorldError (one line) on a missing or broken image, on a value that is missing, unknown or out of range.
     """
-    image = _image(folder / str(content["image"]))
-    resolution = float(content["resolution"])
-    if not 0.0 < resolution < 10.0:
-        raise WorldError(f"resolution must be metres per pixel, above 0 and below 10, not {resolution:g}")
-    origin = [float(value) for value in content["origin"]]
-    if len(origin) not in (2, 3) or not np.all(np.isfinite(origin)):
-        raise WorldError("origin must be [x, y, yaw] in metres and radians")
-    mode = str(content.get("mode", "trinary"))
+    given = Section(content, "", (*MAP_KEYS, *KEYS_OF_ANY_WORLD))
+    mode = given.text("mode", "trinary").lower()
     if mode not in MODES:
-        raise WorldError(f"mode must be one of {', '.join(MODES)}, not '{mode}'")
-    free_below = float(content.get("free_thresh", 0.25))
-    if not 0.0 < free_below < 1.0:
-        raise WorldError(f"free_thresh must lie between 0 and 1, not {free_below:g}")
-    free = _free(image, mode, free_below, negate=bool(content.get("negate", 0)))
+        raise WorldError(f"mode must be one of {', '.join(MODES)}, not {shown(mode)}")
+    resolution = given.number("resolution", *RESOLUTIONS_M)
+    origin = numbers(given.value("origin"), "origin", "[x, y, yaw] in metres and radians")
+    occupied_from, free_to = (given.number(key, 0.0, 1.0) for key in ("occupied_thresh", "free_thresh"))
+    if free_to >= occupied_from:
+        raise WorldError(f"free_thresh must be below occupied_thresh, not {free_to:g} with {occupied_from:g}")
+    free_of_grey = free_greys(mode, free_to, negate=_negate(given.value("negate")))
+    path = folder / given.text("image")
+    image = read_image(path)
+    if mode != "raw" and free_of_grey[UNKNOWN_GREY] and np.any(image.grey == UNKNOWN_GREY):
+        _warn(f"{path}: free_thresh {free_to:g} makes grey {UNKNOWN_GREY} free, map_saver's sign for unknown")
+    free = cv2.LUT(image.grey, free_of_grey.view(np.uint8)).view(np.bool_)
+    if mode != "raw" and image.opaque is not None:
+        free &= image.opaque
     return RasterMap(np.ascontiguousarray(free[::-1]), resolution, SE2(*origin))
 
 
-def _image(path: Path) -> npt.NDArray[np.float64]:
-    """Return an image as rows x columns x channels, scaled to 0..1."""
-    if not path.is_file():
-        raise WorldError(f"the image {path} does not exist")
-    # imdecode, not imread: imread writes warnings of its own and cannot tell a missing file from a broken one.
-    pixels = cv2.imdecode(np.frombuffer(path.read_bytes() or b"\0", dtype=np.uint8), cv2.IMREAD_UNCHANGED)
-    if pixels is None:
-        raise WorldError(f"the image {path} is not a readable PGM or PNG")
-    if pixels.ndim == 2:
-        pixels = pixels[:, :, None]
-    scaled: npt.NDArray[np.float64] = pixels.astype(np.float64) / float(np.iinfo(pixels.dtype).max)
-    return scaled
+def free_greys(mode: str, free_to: float, *, negate: bool) -> Mask:
+    """Return which of the 256 greys are free, where opaque.
 
-
-def _free(image: npt.NDArray[np.float64], mode: str, free_below: float, *, negate: bool) -> Mask:
-    """Return which pixels are free, rows as in the image."""
-    colours = image.shape[2] - (1 if image.shape[2] in (2, 4) else 0)
-    shade = image[:, :, :colours].mean(axis=2)
-    occupied = shade if negate else 1.0 - shade
+    Raw greys are the occupancy in per cent and unknown above 100; others become an occupancy of 0 to 1, by the single
+    precision of map_server.
+    """
+    greys = np.arange(256, dtype=np.float32)
     if mode == "raw":
-        # The byte itself is the occupancy in per cent; above 100 it is unknown.
-        percent = np.rint(occupied * 255.0)
-        raw: Mask = (percent <= 100.0) & (percent < 100.0 * free_below)
-        return raw
-    free: Mask = occupied < free_below
-    if mode == "scale" and colours < image.shape[2]:
-        free &= image[:, :, -1] >= 1.0
+        free: Mask = (greys <= 100.0) & (greys / 100.0 <= free_to)
+    else:
+        shade = greys / np.float32(255.0)
+        free = (shade if negate else np.float32(1.0) - shade) <= np.float32(free_to)
     return free
+
+
+def _negate(value: Any) -> bool:
+    """Return whether white is occupied: a whole number, or a truth in YAML's words, as text too."""
+    text = str(value).lower()
+    if text in TRUTHS:
+        return TRUTHS[text]
+    try:
+        return int(text) != 0
+    except ValueError:
+        raise WorldError(f"negate must be 0 or 1, true or false, not {shown(value)}") from None
+
+
+@functools.cache
+def _warn(problem: str) -> None:
+    """Tell the user once, however often a run reads its world."""
+    logging.getLogger(__name__).warning(problem)

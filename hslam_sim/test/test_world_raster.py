@@ -74,11 +74,8 @@ def test_every_way_to_write_a_pixel_gives_the_same_room(tmp_path: Path, case: st
     elif case == "sixteen_bit":
         image = grey.astype(np.uint16) * 257
     else:
-        image, negate, extra = (
-            np.where(grey == 254, 0, np.where(grey == 0, 100, 255)).astype(np.uint8),
-            1,
-            "mode: raw\n",
-        )
+        image = np.where(grey == 254, 0, np.where(grey == 0, 100, 255)).astype(np.uint8)
+        extra = "mode: raw\n"
     other = load_world(write(tmp_path, image, negate=negate, extra=extra)).free_space  # type: ignore[arg-type]
     assert other.equals(plain)
 
@@ -117,12 +114,9 @@ def test_a_given_start_chooses_the_room(tmp_path: Path) -> None:
     ("change", "says"),
     [
         (("map.png", "other.png"), "does not exist"),
-        (("resolution: 0.05", "resolution: -1"), "resolution must be"),
         (("resolution: 0.05\n", ""), "'resolution' is missing"),
-        (("[0, 0, 0]", "[0]"), "origin must be"),
-        (("negate: 0", "mode: ternary"), "mode must be"),
-        (("0.196", "5"), "free_thresh must"),
-        (("0.05", "fine"), "a value is wrong"),
+        (("0.05", "fine"), "resolution must be a number"),
+        (("negate: 0\n", "negate: 0\nstarts: {}\n"), "unknown key 'starts'"),
     ],
 )
 def test_a_broken_map_is_named_in_one_line(tmp_path: Path, change: tuple[str, str], says: str) -> None:
@@ -131,14 +125,6 @@ def test_a_broken_map_is_named_in_one_line(tmp_path: Path, change: tuple[str, st
     with pytest.raises(WorldError, match=says) as raised:
         load_world(str(path))
     assert "\n" not in str(raised.value)
-
-
-@pytest.mark.parametrize("content", [b"", b"P5\n10 10\n255\n", b"\x89PNG\r\n\x1a\nxx"])
-def test_a_broken_image_is_named(tmp_path: Path, content: bytes) -> None:
-    path = write(tmp_path, room())
-    (tmp_path / "map.png").write_bytes(content)
-    with pytest.raises(WorldError, match="not a readable"):
-        load_world(path)
 
 
 def test_a_map_without_room_is_refused(tmp_path: Path) -> None:
