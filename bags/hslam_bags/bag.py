@@ -1,5 +1,6 @@
 """A stored bag: a rosbag2 directory of MCAP or SQLite files, or one such file alone."""
 
+import itertools
 import re
 import shutil
 import tempfile
@@ -130,21 +131,25 @@ class Bag:
 
     def _listed(self) -> _Listed:
         """Return what metadata.yaml says; where it is missing or damaged, the files of the directory by number."""
-        present = sorted((file for file in self.path.iterdir() if file.name.endswith(_ENDINGS)), key=_by_number)
+        try:
+            everything = set(self.path.iterdir())
+        except OSError as error:
+            raise BagError(self.path, "", f"cannot be read: {error.strerror}") from error
+        present = sorted((file for file in everything if file.name.endswith(_ENDINGS)), key=_by_number)
         try:
             listed = _read_metadata(self.path)
         except BagError as error:
             self._complain(error)
             listed = _Listed([], "", {})
         for file in listed.files:
-            if not file.exists():
+            if file not in everything:
                 self._complain(BagError(file, "", f"is missing, though {FILE_NAME} lists it"))
         for file in present if listed.files else ():
             if file not in listed.files:
                 self._complain(BagError(file, "", f"is not listed in {FILE_NAME}"))
         if not present:
             raise BagError(self.path, "", "holds no .mcap or .db3 file: it is no bag")
-        known = [file for file in listed.files if file.exists()]
+        known = [file for file in listed.files if file in everything]
         return listed._replace(files=known + [file for file in present if file not in known])
 
     def _unpacked(self, messages: Iterator[StoredMessage]) -> Iterator[StoredMessage]:
@@ -185,17 +190,25 @@ def _read_metadata(directory: Path) -> _Listed:
     path = directory / FILE_NAME
     try:
         content: Any = load_yaml(path.read_text(encoding="utf-8"))["rosbag2_bagfile_information"]
-        files = [directory / Path(str(name)).name for name in content["relative_file_paths"]]
+        files = [directory / Path(name).name for name in _names(content["relative_file_paths"])]
         custom = {str(key): str(value) for key, value in (content.get("custom_data") or {}).items()}
+        "".join(itertools.chain(*custom.items())).encode()  # an escape can make what no file can hold
         return _Listed(files, str(content.get("compression_mode") or "").lower(), custom)
     except FileNotFoundError as error:
         raise BagError(path, "", "is missing") from error
     except OSError as error:
         raise BagError(path, "", f"cannot be read: {error.strerror}") from error
     except YamlError as error:
-        raise BagError(path, f"line {error.line}" if error.line else "", "is not YAML") from error
-    except (KeyError, TypeError, AttributeError, UnicodeDecodeError) as error:
+        raise BagError(path, f"line {error.line}" if error.line else "", f"is not YAML: {error.problem}") from error
+    except (KeyError, TypeError, AttributeError, UnicodeError) as error:
         raise BagError(path, "", f"is no rosbag2 metadata: {error!r}") from error
+
+
+def _names(listed: Any) -> list[str]:
+    """Return a list of names; TypeError if it is something else."""
+    if not isinstance(listed, list):
+        raise TypeError("relative_file_paths is no list")
+    return listed
 
 
 def _by_number(file: Path) -> tuple[str, int]:

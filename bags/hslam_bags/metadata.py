@@ -1,10 +1,13 @@
 """The metadata.yaml of a rosbag2 directory, version 9 (Jazzy)."""
 
-import json
+import math
 import textwrap
 from collections.abc import Mapping
+from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
+
+import yaml
 
 from hslam_bags.errors import BagError
 from hslam_bags.qos import OfferedQos, qos_to_yaml
@@ -51,7 +54,11 @@ class Metadata(NamedTuple):
 
 
 def to_yaml(metadata: Metadata) -> str:
-    """Return the text of metadata.yaml; written by hand, as a YAML library would cost a step's time at every chunk."""
+    """Return the text of metadata.yaml.
+
+    A YAML library would cost a step's time at every chunk; so it writes the strings, once each, and the rest, words and
+    numbers known here, is put around them by hand.
+    """
     lines = [
         "rosbag2_bagfile_information:",
         "  version: 9",
@@ -63,29 +70,34 @@ def to_yaml(metadata: Metadata) -> str:
     for topic in metadata.topics:
         lines += [
             "    - topic_metadata:",
-            f"        name: {topic.name}",
-            f"        type: {topic.type_name}",
+            f"        name: {_scalar(topic.name)}",
+            f"        type: {_scalar(topic.type_name)}",
             "        serialization_format: cdr",
             "        offered_qos_profiles:" + ("" if topic.offers else " []"),
             *([qos_to_yaml(topic.offers, " " * 10)] if topic.offers else []),
-            f"        type_description_hash: {json.dumps(topic.type_hash)}",
+            f"        type_description_hash: {_scalar(topic.type_hash)}",
             f"      message_count: {topic.message_count}",
         ]
     lines += ['  compression_format: ""', '  compression_mode: ""', "  relative_file_paths:"]
-    lines += [f"    - {json.dumps(file.name)}" for file in metadata.files]
+    lines += [f"    - {_scalar(file.name)}" for file in metadata.files]
     lines += ["  files:"]
     for file in metadata.files:
-        lines += [f"    - path: {json.dumps(file.name)}", *_span(file.span_ns, "      ")]
+        lines += [f"    - path: {_scalar(file.name)}", *_span(file.span_ns, "      ")]
         lines += [f"      message_count: {file.message_count}"]
-    # JSON strings are YAML strings.
     lines += ["  custom_data:" + ("" if metadata.custom else " ~")]
-    lines += [f"    {json.dumps(key)}: {json.dumps(value)}" for key, value in metadata.custom.items()]
+    lines += [f"    {_scalar(key)}: {_scalar(value)}" for key, value in metadata.custom.items()]
     return "\n".join([*lines, "  ros_distro: jazzy", ""])
 
 
 def to_record(metadata: Metadata) -> str:
     """Return what an MCAP file's own metadata record holds: the same, without the key around it."""
     return textwrap.dedent(to_yaml(metadata).partition("\n")[2])
+
+
+@lru_cache(maxsize=1024)
+def _scalar(text: str) -> str:
+    """Return a string as YAML has it, in quotes and on one line."""
+    return yaml.safe_dump(text, default_style='"', width=math.inf).rstrip("\n")
 
 
 def _span(span_ns: tuple[int, int] | None, indent: str) -> tuple[str, ...]:

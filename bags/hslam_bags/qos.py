@@ -8,6 +8,9 @@ from hslam_types.yaml_text import YamlError, load_yaml
 INFINITE_NS = 2**63 - 1
 """How rmw writes "no limit" for deadline, lifespan and lease duration."""
 
+_DEEPEST = 2**31 - 1
+"""DDS counts a history's depth in 32 bits."""
+
 _HISTORY = ("system_default", "keep_last", "keep_all", "unknown")
 _RELIABILITY = ("system_default", "reliable", "best_effort", "unknown", "best_available")
 _DURABILITY = ("system_default", "transient_local", "volatile", "unknown", "best_available")
@@ -60,7 +63,7 @@ def qos_from_yaml(stored: Any) -> tuple[OfferedQos, ...]:
         entries = load_yaml(stored) if isinstance(stored, str) else stored
     except YamlError as error:
         raise ValueError(f"offered_qos_profiles is not YAML: {error}") from error
-    if not entries:
+    if entries is None or entries in ("", []):
         return ()
     if not isinstance(entries, list) or not all(isinstance(entry, Mapping) for entry in entries):
         raise ValueError("offered_qos_profiles is not a list of profiles")
@@ -71,7 +74,7 @@ def _offer(entry: Mapping[str, Any]) -> OfferedQos:
     """Read one profile; what is missing takes rmw's default, as older bags lack some fields."""
     return OfferedQos(
         history=_word(entry.get("history", 1), _HISTORY),
-        depth=int(entry.get("depth", 10)),
+        depth=_whole(entry, "depth", 10, _DEEPEST),
         reliability=_word(entry.get("reliability", 1), _RELIABILITY),
         durability=_word(entry.get("durability", 2), _DURABILITY),
         deadline_ns=_duration(entry.get("deadline")),
@@ -83,7 +86,7 @@ def _offer(entry: Mapping[str, Any]) -> OfferedQos:
 
 def _word(value: Any, words: tuple[str, ...]) -> str:
     """Return the policy's word for rmw's number or for the word itself."""
-    if isinstance(value, int) and 0 <= value < len(words):
+    if type(value) is int and 0 <= value < len(words):
         return words[value]
     return value.lower() if isinstance(value, str) and value.lower() in words else "unknown"
 
@@ -92,5 +95,14 @@ def _duration(value: Any) -> int:
     """Return nanoseconds; rmw's two ways of saying "none" (0 and the largest) both mean no limit."""
     if not isinstance(value, Mapping):
         return INFINITE_NS
-    total = int(value.get("sec", 0)) * 10**9 + int(value.get("nsec", 0))
-    return INFINITE_NS if total <= 0 else min(total, INFINITE_NS)
+    total = _whole(value, "sec", 0) * 10**9 + _whole(value, "nsec", 0)
+    return min(total, INFINITE_NS) if total else INFINITE_NS
+
+
+def _whole(entry: Mapping[str, Any], name: str, default: int, most: int = INFINITE_NS) -> int:
+    """Return a whole number that is at least 0; ValueError names anything else."""
+    value = entry.get(name, default)
+    if type(value) is not int or not 0 <= value <= most:
+        shown = repr(value)
+        raise ValueError(f"offered_qos_profiles: '{name}' is no whole number up to {most}: {shown[:40]}")
+    return value

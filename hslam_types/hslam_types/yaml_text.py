@@ -24,8 +24,9 @@ class YamlError(HslamError):
 
     def __init__(self, problem: str, line: int | None = None) -> None:
         """Keep the line and make one line of what a library said in several."""
-        super().__init__(f"line {line}: {' '.join(problem.split())}" if line else " ".join(problem.split()))
-        self.line = line
+        problem = " ".join(problem.split())
+        super().__init__(f"line {line}: {problem}" if line else problem)
+        self.problem, self.line = problem, line
 
 
 def load_yaml(text: str) -> Any:
