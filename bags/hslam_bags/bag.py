@@ -2,16 +2,15 @@
 
 import itertools
 import re
-import shutil
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
+from stat import S_ISDIR
 from types import TracebackType
 from typing import Any, NamedTuple, Self
 
-from backports import zstd
-
 from hslam_bags.errors import BagError
+from hslam_bags.mcap_packing import unpack_file, unpack_message
 from hslam_bags.mcap_storage import McapStorage
 from hslam_bags.metadata import FILE_NAME
 from hslam_bags.sqlite_storage import SqliteStorage
@@ -43,19 +42,24 @@ class Bag:
         """
         self.path = path
         self.problems: list[BagError] = []
+        self._told: set[str] = set()
         self._tolerant = tolerant
         self._scratch: tempfile.TemporaryDirectory[str] | None = None
         self._files: dict[str, Storage] = {}
-        if not path.exists():
-            raise BagError(path, "", "does not exist")
-        listed = self._listed() if path.is_dir() else _Listed([path], "", {})
+        try:
+            is_folder = S_ISDIR(path.stat().st_mode)
+        except FileNotFoundError as error:
+            raise BagError(path, "", "does not exist") from error
+        except OSError as error:
+            raise BagError(path, "", f"cannot be read: {error.strerror}") from error
+        listed = self._listed() if is_folder else _Listed([path], "", {})
         self.custom: Mapping[str, str] = listed.custom
         self._packed = listed.packing == "message"
         for file in listed.files:
             try:
                 self._files[file.name] = self._open(file)
             except BagError as error:
-                self._complain(error)
+                self.complain(error)
 
     def __enter__(self) -> Self:
         """Return the bag itself."""
@@ -80,8 +84,8 @@ class Bag:
             for topic in storage.topics:
                 known = found.setdefault(topic.name, topic)
                 if known.type_name != topic.type_name:
-                    problem = f"is of type {known.type_name} and of type {topic.type_name}"
-                    raise BagError(self.path, f"topic {topic.name}", problem)
+                    problem = f"is of type {known.type_name} and of type {topic.type_name}, which is left out"
+                    self.complain(BagError(self.path, f"topic {topic.name}", problem))
         return found
 
     @property
@@ -100,10 +104,11 @@ class Bag:
         return (min(span[0] for span in spans), max(span[1] for span in spans)) if spans else None
 
     def messages(
-        self, choice: TopicChoice | None = None, start_ns: int = 0, end_ns: int = FOREVER_NS
+        self, choice: TopicChoice | Collection[str] | None = None, start_ns: int = 0, end_ns: int = FOREVER_NS
     ) -> Iterator[StoredMessage]:
         """Yield the chosen topics' messages with start <= log time < end, in order of log time."""
-        names = {name for name in self.topics if choice is None or name in choice}
+        topics = self.topics
+        names = {name for name in topics if choice is None or name in choice}
         pieces = []
         for storage in self._files.values():
             if storage.span_ns:
@@ -112,8 +117,13 @@ class Bag:
                     return storage.messages(names, start_ns, end_ns)
 
                 pieces.append((storage.span_ns[0], iterate))
-        found = in_time_order(pieces)
+        found = (entry for entry in in_time_order(pieces) if entry.type_name == topics[entry.topic].type_name)
         return self._unpacked(found) if self._packed else found
+
+    def check(self) -> None:
+        """Look for damage that reading the messages does not meet."""
+        for storage in self._files.values():
+            storage.check()
 
     def close(self) -> None:
         """Close the files."""
@@ -123,11 +133,13 @@ class Bag:
         if self._scratch is not None:
             self._scratch.cleanup()
 
-    def _complain(self, error: BagError) -> None:
+    def complain(self, error: BagError) -> None:
         """Keep a problem, or raise it where nothing may be missing."""
         if not self._tolerant:
             raise BagError(error.path, error.place, f"{error.problem} ({REPAIR_HINT} {self.path})") from error
-        self.problems.append(error)
+        if str(error) not in self._told:  # what is read twice is met twice
+            self._told.add(str(error))
+            self.problems.append(error)
 
     def _listed(self) -> _Listed:
         """Return what metadata.yaml says; where it is missing or damaged, the files of the directory by number."""
@@ -139,14 +151,14 @@ class Bag:
         try:
             listed = _read_metadata(self.path)
         except BagError as error:
-            self._complain(error)
+            self.complain(error)
             listed = _Listed([], "", {})
         for file in listed.files:
             if file not in everything:
-                self._complain(BagError(file, "", f"is missing, though {FILE_NAME} lists it"))
+                self.complain(BagError(file, "", f"is missing, though {FILE_NAME} lists it"))
         for file in present if listed.files else ():
             if file not in listed.files:
-                self._complain(BagError(file, "", f"is not listed in {FILE_NAME}"))
+                self.complain(BagError(file, "", f"is not listed in {FILE_NAME}"))
         if not present:
             raise BagError(self.path, "", "holds no .mcap or .db3 file: it is no bag")
         known = [file for file in listed.files if file in everything]
@@ -156,10 +168,10 @@ class Bag:
         """Yield messages that were packed one by one."""
         for message in messages:
             try:
-                raw = zstd.decompress(message.raw)
-            except zstd.ZstdError as error:
+                raw = unpack_message(message.raw)
+            except ValueError as error:
                 place = f"topic {message.topic} at {message.log_ns} ns"
-                self._complain(BagError(self.path, place, f"a message cannot be unpacked: {error}"))
+                self.complain(BagError(self.path, place, f"a message {error}"))
                 continue
             yield message._replace(raw=raw)
 
@@ -168,9 +180,9 @@ class Bag:
         if file.suffix == ".zstd":
             file = self._unpack(file)
         if file.suffix == ".mcap":
-            return McapStorage(file, self._complain)
+            return McapStorage(file, self.complain)
         if file.suffix == ".db3":
-            return SqliteStorage(file, self._complain)
+            return SqliteStorage(file, self.complain)
         raise BagError(file, "", "is neither .mcap nor .db3, nor a bag's directory")
 
     def _unpack(self, file: Path) -> Path:
@@ -178,10 +190,9 @@ class Bag:
             self._scratch = tempfile.TemporaryDirectory()
         unpacked = Path(self._scratch.name) / file.stem
         try:
-            with zstd.open(file, "rb") as stream, unpacked.open("wb") as sink:
-                shutil.copyfileobj(stream, sink)
-        except (OSError, EOFError, zstd.ZstdError) as error:
-            raise BagError(file, "", f"cannot be unpacked: {error}") from error
+            unpack_file(file, unpacked)
+        except (OSError, ValueError) as error:
+            raise BagError(file, "", str(error)) from error
         return unpacked
 
 

@@ -12,6 +12,7 @@ SEPARATOR = "=" * 80
 
 _INTEGERS = frozenset(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64))
 _PRIMITIVES = _INTEGERS | {"bool", "byte", "char", "float32", "float64", "string", "wstring"}
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{,99}/msg/[A-Za-z][A-Za-z0-9_]{,99}")
 _TYPE = re.compile(r"^(?P<base>[A-Za-z][A-Za-z0-9_/]*)(?:<=\d+)?(?:\[[^\]]*\])?$")
 
 
@@ -45,7 +46,7 @@ class DefinitionSource:
 
     def _read(self, type_name: str) -> Definition:
         parts = type_name.split("/")
-        if len(parts) != 3 or parts[1] != "msg":
+        if not _NAME.fullmatch(type_name):
             raise LookupError(f"'{type_name}' is no message type; one looks like nav_msgs/msg/Odometry")
         root = (parts[0], parts[2])
         texts = {root: self._text(root)}

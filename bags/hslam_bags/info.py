@@ -43,6 +43,7 @@ def info(path: Path, *, thorough: bool = False) -> BagInfo:
         if thorough:
             for _ in bag.messages():
                 pass
+            bag.check()
         counts = bag.counts
         topics = tuple(
             TopicSummary(

@@ -49,6 +49,7 @@ class McapFile:
         self._written = _Written({}, None, [])
         self._metadata_indices: list[bytes] = []
         self._end = 0
+        self._crc = 0
         self._tail = b""
         try:
             self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o644)
@@ -164,7 +165,8 @@ class McapFile:
 
     def _append(self, data: bytes, after: _Written) -> None:
         """Write ``data`` over the end of the file, followed by the new end, which tells what there is ``after`` it."""
-        tail = self._summary(self._end + len(data), after)
+        crc = zlib.crc32(data, self._crc)
+        tail = self._summary(self._end + len(data), crc, after)
         try:
             _write_all(self._file, data + tail, self._end)
         except OSError as error:
@@ -173,10 +175,10 @@ class McapFile:
             os.ftruncate(self._file, self._end + len(self._tail))
             place = f"at byte {self._end + len(self._tail)}"
             raise BagError(self.path, place, f"{(error.strerror or 'write failed').lower()}") from error
-        self._end, self._tail, self._written = self._end + len(data), tail, after
+        self._end, self._crc, self._tail, self._written = self._end + len(data), crc, tail, after
 
-    def _summary(self, data_end: int, written: _Written) -> bytes:
-        """Return all that follows the last data record if that ends at ``data_end``."""
+    def _summary(self, data_end: int, data_crc: int, written: _Written) -> bytes:
+        """Return all that follows the data, which end at byte ``data_end`` and have the checksum ``data_crc``."""
         span = written.span_ns or (0, 0)
         chunks, notes = len(written.chunk_indices), len(self._metadata_indices)
         groups = (
@@ -186,7 +188,7 @@ class McapFile:
             (Op.CHUNK_INDEX, b"".join(written.chunk_indices)),
             (Op.METADATA_INDEX, b"".join(self._metadata_indices)),
         )
-        end_mark = mcap.data_end()
+        end_mark = mcap.data_end(data_crc)
         start = at = data_end + len(end_mark)
         offsets = b""
         for op, group in groups:

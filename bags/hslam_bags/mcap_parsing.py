@@ -1,17 +1,18 @@
 """MCAP records from bytes: the counterpart of `mcap_records`. Each function raises ValueError on malformed content."""
 
 import struct
-import zlib
 from collections.abc import Iterator
 from typing import NamedTuple
 
-import lz4.frame  # type: ignore[import-untyped]
-from backports import zstd
+from hslam_bags.mcap_packing import PACKINGS
+from hslam_bags.mcap_records import MESSAGE
 
-from hslam_bags.mcap_records import MESSAGE, Op
-
-_RECORD = struct.Struct("<BQ")
-_CHUNK = struct.Struct("<QQQI")
+RECORD = struct.Struct("<BQ")
+"""A record's opcode and length."""
+CHUNK = struct.Struct("<QQQI")
+"""A chunk's first and last log time (ns), its unpacked size and the checksum of that."""
+OF_USERS = 0x80
+"""Opcodes from here on are left to applications."""
 
 
 class SchemaRecord(NamedTuple):
@@ -43,6 +44,25 @@ class ChunkHead(NamedTuple):
     compression: str
     begin: int
     end: int
+
+
+class ChunkIndex(NamedTuple):
+    """What the summary tells of a chunk; ``length`` is that of its whole record."""
+
+    start_ns: int
+    end_ns: int
+    offset: int
+    length: int
+    compression: str
+    packed_size: int
+    size: int
+
+
+class Statistics(NamedTuple):
+    """What the summary counts; ``counts`` is messages by channel."""
+
+    chunk_count: int
+    counts: dict[int, int]
 
 
 class Fields:
@@ -86,13 +106,15 @@ class Fields:
 def records(data: memoryview, begin: int, end: int) -> Iterator[tuple[int, int, memoryview]]:
     """Yield (opcode, offset, content) of each record from ``begin`` to ``end``; ValueError where one is cut short."""
     while begin < end:
-        if begin + _RECORD.size > end:
+        if begin + RECORD.size > end:
             raise ValueError(f"byte {begin}: a record is cut short")
-        op, length = _RECORD.unpack_from(data, begin)
-        if begin + _RECORD.size + length > end:
+        op, length = RECORD.unpack_from(data, begin)
+        if op == 0:  # zeros would be a record after the other
+            raise ValueError(f"byte {begin}: no record is there")
+        if begin + RECORD.size + length > end:
             raise ValueError(f"byte {begin}: a record of {length} bytes reaches past the end")
-        yield op, begin, data[begin + _RECORD.size : begin + _RECORD.size + length]
-        begin += _RECORD.size + length
+        yield op, begin, data[begin + RECORD.size : begin + RECORD.size + length]
+        begin += RECORD.size + length
 
 
 def schema(content: memoryview) -> SchemaRecord:
@@ -110,80 +132,48 @@ def channel(content: memoryview) -> ChannelRecord:
 def chunk_head(content: memoryview) -> ChunkHead:
     """Parse a chunk up to its packed records; of one cut short, ``end`` reaches past the content."""
     fields = Fields(content)
-    start, end, size, crc = fields.take(_CHUNK.size, "QQQI")
+    start, end, size, crc = fields.take(CHUNK.size, "QQQI")
     compression = fields.text()
     packed = fields.number("Q")
     return ChunkHead(start, end, size, crc, compression, fields.at, fields.at + packed)
 
 
-def unpack_chunk(head: ChunkHead, content: memoryview) -> bytes:
-    """Return a chunk's records, their size and checksum verified."""
-    packed = content[head.begin : head.end]
+def as_chunk(content: memoryview) -> ChunkHead | None:
+    """Return the head of what looks like a chunk: the lengths in it agree, its packing is known; else None."""
     try:
-        if head.compression == "zstd":
-            data = zstd.ZstdDecompressor().decompress(packed, head.size + 1)
-        elif head.compression == "lz4":
-            data = lz4.frame.decompress(packed)
-        elif head.compression == "":
-            data = bytes(packed)
-        else:
-            raise ValueError(f"is packed by '{head.compression}', which is unknown")
-    except (zstd.ZstdError, RuntimeError, OverflowError) as error:
-        raise ValueError(f"cannot be unpacked: {error}") from error
-    if len(data) != head.size:
-        raise ValueError(f"has {len(data)} bytes where {head.size} should be")
-    if head.crc and zlib.crc32(data) != head.crc:
-        raise ValueError("differs from its checksum")
-    return data
-
-
-def unpack_cut_chunk(head: ChunkHead, content: memoryview) -> bytes:
-    """Return the whole records at the beginning of a chunk whose end is missing; nothing can verify them."""
-    packed = bytes(content[head.begin :])
-    data = packed
-    try:
-        if head.compression == "zstd":
-            data = zstd.ZstdDecompressor().decompress(packed)
-        elif head.compression == "lz4":
-            data = lz4.frame.LZ4FrameDecompressor().decompress(packed)
-    except (zstd.ZstdError, RuntimeError):
-        return b""
-    whole = 0
-    try:
-        for _, offset, inner in records(memoryview(data), 0, len(data)):
-            whole = offset + _RECORD.size + len(inner)
+        head = chunk_head(content)
     except ValueError:
-        pass
-    return data[:whole]
+        return None
+    return head if head.end == len(content) and head.compression in PACKINGS else None
 
 
 def message(content: memoryview) -> tuple[int, int, int, bytes]:
     """Return a message's (channel, log time, publish time, data)."""
-    if len(content) < MESSAGE.size - _RECORD.size:
+    if len(content) < MESSAGE.size - RECORD.size:
         raise ValueError("a message is shorter than its head")
     channel_id, _, log_ns, publish_ns = struct.unpack_from("<HIQQ", content)
-    return channel_id, log_ns, publish_ns, bytes(content[MESSAGE.size - _RECORD.size :])
+    return channel_id, log_ns, publish_ns, bytes(content[MESSAGE.size - RECORD.size :])
 
 
-def chunk_index(content: memoryview) -> tuple[int, int, int]:
-    """Return (first log time, last log time, offset of the chunk)."""
-    start, end, offset = Fields(content).take(24, "QQQ")
-    return start, end, offset
-
-
-def statistics(content: memoryview) -> tuple[tuple[int, int], dict[int, int]]:
-    """Return ((first, last log time), messages by channel)."""
+def chunk_index(content: memoryview) -> ChunkIndex:
+    """Parse a chunk's entry in the summary."""
     fields = Fields(content)
-    fields.bytes(8 + 2 + 4 + 4 + 4 + 4)
-    span = fields.number("Q"), fields.number("Q")
+    start, end, offset, length = fields.take(32, "QQQQ")
+    fields.bytes(fields.number("I"))
+    fields.number("Q")
+    compression = fields.text()
+    packed_size, size = fields.take(16, "QQ")
+    return ChunkIndex(start, end, offset, length, compression, packed_size, size)
+
+
+def statistics(content: memoryview) -> Statistics:
+    """Parse the statistics."""
+    fields = Fields(content)
+    chunk_count = fields.take(26, "QHIIII")[5]
+    fields.take(16, "QQ")
     inner = Fields(fields.bytes(fields.number("I")))
     counts = {}
     while inner.at < len(inner.content):
         channel_id = inner.number("H")
         counts[channel_id] = inner.number("Q")
-    return span, counts
-
-
-def is_record(op: int) -> bool:
-    """Return whether an opcode is one of the format's, or of the range left to applications."""
-    return Op.HEADER <= op <= Op.DATA_END or op >= 0x80
+    return Statistics(chunk_count, counts)

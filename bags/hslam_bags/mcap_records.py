@@ -121,9 +121,9 @@ def summary_offset(op: Op, start: int, length: int) -> bytes:
     return record(Op.SUMMARY_OFFSET, struct.pack("<BQQ", op, start, length))
 
 
-def data_end() -> bytes:
-    """Return the end of the data section; its checksum is left out (0), each chunk has its own."""
-    return record(Op.DATA_END, struct.pack("<I", 0))
+def data_end(crc: int) -> bytes:
+    """Return the end of the data section; ``crc`` is that of every byte of the file up to here."""
+    return record(Op.DATA_END, struct.pack("<I", crc))
 
 
 def footer(summary_start: int, offsets_start: int, crc: int) -> bytes:

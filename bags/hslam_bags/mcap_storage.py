@@ -1,30 +1,31 @@
 """Reading an MCAP file: by its summary where it has one, by a walk over its records where it is damaged."""
 
 import mmap
-import re
 import struct
 import zlib
+from collections import Counter
 from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
 from hslam_bags import mcap_parsing as parse
 from hslam_bags.errors import BagError
+from hslam_bags.mcap_chunk import read_chunk, read_cut_chunk
 from hslam_bags.mcap_records import MAGIC, Op
+from hslam_bags.mcap_summary import Summary, read_summary
+from hslam_bags.mcap_walk import Found, walk
 from hslam_bags.qos import qos_from_yaml
 from hslam_bags.stored import Complaint, Iteration, StoredMessage, StoredTopic, in_time_order
 
-_FOOTER_SIZE = 9 + 20 + len(MAGIC)
-_PACKED = re.compile(rb"\x04\0\0\0zstd|\x03\0\0\0lz4")
-_BEFORE_COMPRESSION = 9 + 28
+_RECORD_HEAD = 9
 
 
 class _Piece(NamedTuple):
-    """A chunk, or a message outside chunks, by where its record begins."""
+    """A chunk, or a message outside chunks: its span of time (ns) and its record."""
 
     start_ns: int
     end_ns: int
-    offset: int
+    record: Found
 
 
 class McapStorage:
@@ -38,18 +39,18 @@ class McapStorage:
         self._channels: dict[int, parse.ChannelRecord] = {}
         self._topics: dict[int, StoredTopic] = {}
         self._pieces: list[_Piece] = []
-        self._counts: dict[int, int] = {}
-        self._reached = 0
+        self._read: dict[int, Counter[int]] = {}
+        """Messages by channel of each chunk that was read, or zero if it could not be, by its place."""
+        self._single: Counter[int] = Counter()
+        """Messages outside chunks by channel."""
+        self._counted = False
         self._data = self._map()
         if self._data[: len(MAGIC)] != MAGIC:
             raise BagError(path, "at byte 0", "is no MCAP file")
-        try:
-            whole = self._read_summary()
-        except (ValueError, struct.error) as error:
-            complain(BagError(path, "summary", str(error)))
-            whole = False
-        if not whole:
-            self._walk()
+        self._summary = self._read_summary()
+        self._index = self._summary.chunks if self._summary and self._summary.complete else {}
+        self._read_data()
+        self._check_counts()
 
     @property
     def topics(self) -> tuple[StoredTopic, ...]:
@@ -65,11 +66,15 @@ class McapStorage:
 
     @property
     def counts(self) -> dict[str, int]:
-        """Messages by topic."""
+        """Messages by topic: as they were found, else as the file counts them."""
+        counted = self._found_counts()
+        if counted is None:
+            counted = (
+                Counter(self._summary.statistics.counts) if self._summary and self._summary.statistics else Counter()
+            )
         totals = dict.fromkeys((topic.name for topic in self.topics), 0)
-        for key, count in self._counts.items():
-            if key in self._topics:
-                totals[self._topics[key].name] += count
+        for key, topic in self._topics.items():
+            totals[topic.name] += counted[key]
         return totals
 
     def messages(self, topics: Collection[str], start_ns: int, end_ns: int) -> Iterator[StoredMessage]:
@@ -79,6 +84,14 @@ class McapStorage:
         for message in in_time_order((piece.start_ns, self._iteration(piece, wanted)) for piece in pieces):
             if start_ns <= message.log_ns < end_ns:
                 yield message
+        self._check_counts()
+
+    def check(self) -> None:
+        """Compare everything with the checksum over the whole, where the file has one."""
+        if self._summary and self._summary.data_crc:
+            end = self._summary.data_end
+            if zlib.crc32(self._data[:end]) != self._summary.data_crc:
+                self._complain(BagError(self.path, f"before byte {end}", "the data differ from their checksum"))
 
     def close(self) -> None:
         """Unmap the file."""
@@ -93,49 +106,66 @@ class McapStorage:
         except OSError as error:
             raise BagError(self.path, "", f"cannot be read: {error.strerror}") from error
 
-    def _read_summary(self) -> bool:
-        """Take everything from the summary; False if the file has none, ValueError if it is damaged."""
-        data, size = self._data, len(self._data)
-        if size < len(MAGIC) + _FOOTER_SIZE or data[-len(MAGIC) :] != MAGIC:
-            raise ValueError("the file's end is missing: it was not closed or is cut short")
-        footer = size - _FOOTER_SIZE
-        start, _, crc = struct.unpack_from("<QQI", data, footer + 9)
-        if start == 0:
-            return False
-        if not len(MAGIC) <= start <= footer:
-            raise ValueError(f"the footer points to byte {start}, outside the file")
-        if crc and zlib.crc32(data[start : footer + 25]) != crc:
-            raise ValueError(f"the summary at byte {start} differs from its checksum")
-        counted = None
-        for op, _, content in parse.records(data, start, footer):
-            if op == Op.CHUNK_INDEX:
-                self._pieces.append(_Piece(*parse.chunk_index(content)))
-            elif op == Op.STATISTICS:
-                counted = parse.statistics(content)[1]
-            else:
-                self._note(op, content)
-        total = sum(counted.values()) if counted is not None else -1
-        # A summary may leave out what it likes; without these the file must be walked.
-        whole = counted is not None and (total == 0 or (bool(self._pieces) and bool(self._channels)))
-        if whole and counted is not None:
-            self._counts = counted
-        return whole
+    def _read_summary(self) -> Summary | None:
+        """Return the summary, None where there is none or it is damaged."""
+        try:
+            return read_summary(self._data)
+        except (ValueError, struct.error) as error:
+            self._complain(BagError(self.path, "summary", str(error)))
+            return None
 
-    def _note(self, op: int, content: memoryview) -> None:
-        """Keep a schema or a channel."""
-        if op == Op.SCHEMA:
-            entry = parse.schema(content)
-            self._schemas[entry.id] = entry
-        elif op == Op.CHANNEL:
-            self._note_channel(parse.channel(content))
+    def _read_data(self) -> None:
+        """Find the pieces, and what describes them."""
+        described = self._summary.described if self._summary else []
+        for op, offset, content in sorted(described, key=lambda record: record[0] == Op.CHANNEL):
+            self._note(op, offset, content)
+        end = self._summary.data_end if self._summary else len(self._data)
+        for found in walk(self._data, end, self._index, self._tell):
+            entry = self._index.get(found.offset)
+            if found.op == Op.CHUNK and entry is not None:
+                self._pieces.append(_Piece(entry.start_ns, entry.end_ns, found))
+            elif found.op == Op.CHUNK:
+                self._read_unindexed(found)
+            elif found.op == Op.MESSAGE:
+                self._note_message(found)
+            else:
+                self._note(found.op, found.offset, self._content(found))
+
+    def _tell(self, offset: int, problem: str) -> None:
+        self._complain(BagError(self.path, f"at byte {offset}", problem))
+
+    def _content(self, found: Found) -> memoryview:
+        return self._data[found.offset + _RECORD_HEAD : found.end]
+
+    def _note_message(self, found: Found) -> None:
+        """Keep the place of a message outside chunks."""
+        try:
+            channel_id, log_ns, _, _ = parse.message(self._content(found))
+        except ValueError as error:
+            self._tell(found.offset, str(error))
+            return
+        self._pieces.append(_Piece(log_ns, log_ns, found))
+        self._single[channel_id] += 1
+
+    def _note(self, op: int, offset: int, content: memoryview) -> None:
+        """Keep a schema or a channel; one that is damaged costs no more than itself."""
+        try:
+            if op == Op.SCHEMA:
+                entry = parse.schema(content)
+                self._schemas.setdefault(entry.id, entry)
+            elif op == Op.CHANNEL:
+                self._note_channel(parse.channel(content))
+        except (ValueError, struct.error) as error:
+            self._tell(offset, f"the description of a topic or type is damaged: {error}")
 
     def _note_channel(self, channel: parse.ChannelRecord) -> None:
         """Keep a channel whose messages are CDR of a known type."""
-        if channel.id in self._channels:
-            return
-        self._channels[channel.id] = channel
-        schema = self._schemas.get(channel.schema_id)
         place = f"topic {channel.topic}"
+        if (known := self._channels.setdefault(channel.id, channel)) is not channel:
+            if known != channel:
+                self._complain(BagError(self.path, place, f"has the number {channel.id} of topic {known.topic}"))
+            return
+        schema = self._schemas.get(channel.schema_id)
         if channel.encoding != "cdr" or schema is None:
             what = f"messages are '{channel.encoding}', not cdr" if schema else "has no type"
             self._complain(BagError(self.path, place, what))
@@ -150,111 +180,81 @@ class McapStorage:
             channel.topic, schema.name, offers, type_hash, schema.encoding, schema.text
         )
 
-    def _walk(self) -> None:
-        """Take everything from the records themselves, stepping over damage to the next chunk."""
-        self._pieces.clear()
-        self._counts.clear()
-        at: int | None = len(MAGIC)
-        while at is not None and at < len(self._data):
-            self._reached = at
-            try:
-                self._walk_from(at)
-            except ValueError as error:
-                self._complain(BagError(self.path, "", str(error)))
-                self._take_cut_chunk(self._reached)
-                at = self._next_chunk(self._reached + 1)
-            else:
-                return
+    def _read_unindexed(self, found: Found) -> None:
+        """Count the messages of a chunk that no index tells of, and keep what it describes."""
+        if self._index:
+            self._tell(found.offset, "the chunk there is not in the index")
+        messages = self._chunk_messages(found)
+        if messages:
+            times = [log_ns for _, log_ns, _, _ in messages]
+            self._pieces.append(_Piece(min(times), max(times), found))
 
-    def _walk_from(self, begin: int) -> None:
-        """Walk the records from ``begin`` on, noting how far it came; ValueError at damage."""
-        for op, offset, content in parse.records(self._data, begin, len(self._data)):
-            if op in (Op.DATA_END, Op.FOOTER):
-                return
-            if not parse.is_record(op):
-                raise ValueError(f"byte {offset}: opcode {op} does not exist")
-            self._walk_record(op, offset, content)
-            self._reached = offset + 9 + len(content)
+    def _chunk_messages(self, found: Found) -> list[tuple[int, int, int, bytes]]:
+        """Return (channel, log time, publish time, data) of a chunk's messages; what is damaged is told."""
+        messages, strangers = [], 0
+        try:
+            unpacked = self._unpacked(found)
+            for op, _, inner in parse.records(memoryview(unpacked), 0, len(unpacked)):
+                if op == Op.MESSAGE:
+                    messages.append(parse.message(inner))
+                elif op in (Op.SCHEMA, Op.CHANNEL):
+                    self._note(op, found.offset, inner)
+                else:
+                    strangers += op < parse.OF_USERS
+        except (ValueError, struct.error) as error:
+            self._tell_chunk(found, str(error))
+        if strangers:
+            self._tell_chunk(found, f"{strangers} records are of kinds that do not belong there")
+        self._read[found.offset] = Counter(channel_id for channel_id, _, _, _ in messages)
+        return messages
 
-    def _walk_record(self, op: int, offset: int, content: memoryview) -> None:
-        """Count one record of the data section; damage inside a chunk is told and the chunk left out."""
-        if op == Op.MESSAGE:
-            channel_id, log_ns, _, _ = parse.message(content)
-            self._pieces.append(_Piece(log_ns, log_ns, offset))
-            self._counts[channel_id] = self._counts.get(channel_id, 0) + 1
-        elif op == Op.CHUNK:
-            try:
-                self._count_chunk(offset, parse.unpack_chunk(parse.chunk_head(content), content))
-            except ValueError as error:
-                self._complain(BagError(self.path, f"chunk at byte {offset}", str(error)))
-        else:
-            self._note(op, content)
+    def _unpacked(self, found: Found) -> bytes:
+        """Return a chunk's records; ValueError if they are damaged."""
+        if not found.whole:
+            return read_cut_chunk(self._content(found))
+        unpacked, problem = read_chunk(self._content(found), self._index.get(found.offset))
+        if problem:
+            self._tell_chunk(found, problem)
+        return unpacked
 
-    def _count_chunk(self, offset: int, unpacked: bytes) -> None:
-        """Count a chunk's messages and keep its schemas and channels."""
-        times = []
-        for op, _, content in parse.records(memoryview(unpacked), 0, len(unpacked)):
-            if op == Op.MESSAGE:
-                channel_id, log_ns, _, _ = parse.message(content)
-                times.append(log_ns)
-                self._counts[channel_id] = self._counts.get(channel_id, 0) + 1
-            else:
-                self._note(op, content)
-        if times:
-            self._pieces.append(_Piece(min(times), max(times), offset))
-
-    def _take_cut_chunk(self, offset: int) -> None:
-        """Keep the beginning of a last chunk whose end is missing."""
-        if offset + 9 < len(self._data) and self._data[offset] == Op.CHUNK:
-            try:
-                self._count_chunk(offset, self._unpacked(offset))
-            except ValueError:
-                return
-
-    def _next_chunk(self, at: int) -> int | None:
-        """Return where the next packed chunk's record begins, found by the name of its packing; None: nowhere."""
-        for found in _PACKED.finditer(self._data, at + _BEFORE_COMPRESSION):
-            offset = found.start() - _BEFORE_COMPRESSION
-            (length,) = struct.unpack_from("<Q", self._data, offset + 1)
-            if self._data[offset] == Op.CHUNK and offset + 9 + length <= len(self._data):
-                return offset
-        return None
-
-    def _unpacked(self, offset: int) -> bytes:
-        """Return the records of the chunk at ``offset``, as many as there are."""
-        (length,) = struct.unpack_from("<Q", self._data, offset + 1)
-        content = self._data[offset + 9 : offset + 9 + length]
-        head = parse.chunk_head(content)
-        return parse.unpack_chunk(head, content) if len(content) == length else parse.unpack_cut_chunk(head, content)
+    def _tell_chunk(self, found: Found, problem: str) -> None:
+        self._complain(BagError(self.path, f"chunk at byte {found.offset}", problem))
 
     def _iteration(self, piece: _Piece, wanted: dict[int, StoredTopic]) -> Iteration:
         """Return what yields a piece's messages in order of log time."""
 
         def iterate() -> Iterator[StoredMessage]:
-            try:
-                found = self._piece_messages(piece, wanted)
-            except (ValueError, struct.error) as error:
-                self._complain(BagError(self.path, f"chunk at byte {piece.offset}", str(error)))
-                return
+            if piece.record.op == Op.CHUNK:
+                messages = self._chunk_messages(piece.record)
+            else:
+                messages = [parse.message(self._content(piece.record))]
+            found = [
+                StoredMessage(topic.name, topic.type_name, raw, log_ns, publish_ns)
+                for channel_id, log_ns, publish_ns, raw in messages
+                if (topic := wanted.get(channel_id)) is not None
+            ]
             yield from sorted(found, key=lambda message: message.log_ns)
 
         return iterate
 
-    def _piece_messages(self, piece: _Piece, wanted: dict[int, StoredTopic]) -> list[StoredMessage]:
-        """Return the wanted messages of a piece as they lie in it."""
-        if self._data[piece.offset] == Op.CHUNK:
-            data = memoryview(self._unpacked(piece.offset))
-            begin, end = 0, len(data)
-        else:
-            data, begin = self._data, piece.offset
-            end = begin + 9 + struct.unpack_from("<Q", data, begin + 1)[0]
-        found = []
-        for op, _, content in parse.records(data, begin, end):
-            if op == Op.MESSAGE:
-                channel_id, log_ns, publish_ns, raw = parse.message(content)
-                if channel_id in wanted:
-                    topic = wanted[channel_id]
-                    found.append(StoredMessage(topic.name, topic.type_name, raw, log_ns, publish_ns))
-                elif channel_id not in self._channels:
-                    raise ValueError(f"a message is of channel {channel_id}, which the file does not describe")
-        return found
+    def _found_counts(self) -> Counter[int] | None:
+        """Return the messages by channel once every chunk was read, None before."""
+        chunks = [piece.record.offset for piece in self._pieces if piece.record.op == Op.CHUNK]
+        if any(offset not in self._read for offset in chunks):
+            return None
+        return sum((self._read[offset] for offset in chunks), Counter(self._single))
+
+    def _check_counts(self) -> None:
+        """Once everything was read, tell what is not there or is of no topic."""
+        found = self._found_counts()
+        if found is None or self._counted:
+            return
+        self._counted = True
+        counted = self._summary.statistics.counts if self._summary and self._summary.statistics else {}
+        for key in sorted(found.keys() | counted.keys()):
+            name = self._channels[key].topic if key in self._channels else f"{key}, which the file does not describe"
+            if found[key] != counted.get(key, found[key]):
+                lost = f"{found[key]} of the {counted[key]} messages that the file counts are there"
+                self._complain(BagError(self.path, f"topic {name}", lost))
+            elif found[key] and key not in self._channels:
+                self._complain(BagError(self.path, f"topic {name}", f"{found[key]} messages are of no known topic"))

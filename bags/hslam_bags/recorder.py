@@ -18,12 +18,15 @@ from hslam_bags.qos import OfferedQos, qos_to_yaml
 from hslam_types.config import Configuration, parameter
 from hslam_types.errors import ConfigurationError
 
+LATEST_NS = 2**63 - 1
+"""The latest time of a message: rosbag2 counts nanoseconds in 64 bits with a sign (the year 2262)."""
+
 
 @dataclass(frozen=True)
 class RecorderConfig(Configuration):
     """How a bag is laid out."""
 
-    chunk_kb: int = parameter(1024, "a chunk is packed and written at this size", low=1, high=1 << 20, unit="KiB")
+    chunk_kb: int = parameter(1024, "a chunk is packed and written at this size", low=1, high=1 << 18, unit="KiB")
     compression: str = parameter("zstd", "packing of chunks: zstd or none")
     split_mb: int = parameter(256, "a new file begins at this size; 0: never", low=0, unit="MiB")
     split_s: float = parameter(
@@ -68,6 +71,7 @@ class Recorder:
         self._schemas: dict[str, int] = {}
         self._done: dict[str, FileInfo] = {}
         self._failure: BagError | None = None
+        self._cause: BagError | None = None
         self._split_bytes = self._config.split_mb << 20 or 1 << 62
         self._split_ns = round(self._config.split_s * 1e9) or 1 << 62
         self._first_ns = -1
@@ -92,9 +96,9 @@ class Recorder:
         self.close()
 
     @property
-    def failed(self) -> bool:
-        """Whether recording ended early because the bag could not be written."""
-        return self._failure is not None
+    def cause(self) -> BagError | None:
+        """Why recording ended early: what the bag could not be written for."""
+        return self._cause
 
     @property
     def message_count(self) -> int:
@@ -132,15 +136,17 @@ class Recorder:
         file = self._file
         if file is None:
             raise self._failure or BagError(self.directory, "", "is closed already")
-        if stamp_ns < 0:
-            raise BagError(self.directory, f"topic {topic}", f"a message has the negative time {stamp_ns} ns")
+        publish_ns = stamp_ns if publish_ns is None else publish_ns
+        if not (0 <= stamp_ns <= LATEST_NS and 0 <= publish_ns <= LATEST_NS):
+            problem = f"a message has the time {stamp_ns} ns, published {publish_ns} ns, which no bag can hold"
+            raise BagError(self.directory, f"topic {topic}", problem)
         if self._first_ns < 0:
             self._first_ns = stamp_ns
         if self._file_full or stamp_ns - self._first_ns >= self._split_ns:
             file = self._split()
             self._first_ns = stamp_ns
         try:
-            ended = file.write(known.channel, stamp_ns, stamp_ns if publish_ns is None else publish_ns, raw)
+            ended = file.write(known.channel, stamp_ns, publish_ns, raw)
         except BagError as error:
             raise self._fail(error) from error
         known.count += 1
@@ -222,7 +228,7 @@ class Recorder:
             self._done[file.path.name] = _file_info(file)
         kept = sum(info.message_count for info in self._done.values())
         problem = f"{error.problem}; recording stops, the {kept} messages written before stay readable"
-        self._failure = BagError(error.path, error.place, problem)
+        self._cause, self._failure = error, BagError(error.path, error.place, problem)
         return self._failure
 
     def _write_metadata(self) -> None:

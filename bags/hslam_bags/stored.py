@@ -52,6 +52,9 @@ class Storage(Protocol):
     def messages(self, topics: Collection[str], start_ns: int, end_ns: int) -> Iterator[StoredMessage]:
         """Yield the messages of ``topics`` with start <= log time < end, in order of log time."""
 
+    def check(self) -> None:
+        """Complain of damage that reading the messages does not meet."""
+
     def close(self) -> None:
         """Give back what the file holds of the system."""
 

@@ -163,8 +163,9 @@ def test_refuses_what_it_cannot_keep(bag: Path, definitions: DefinitionSource) -
             recorder.write("/chatter", STAMPED, b"", 2)
         with pytest.raises(BagError, match=r"no definition of absent_msgs/msg/Thing"):
             recorder.write("/thing", "absent_msgs/msg/Thing", b"", 2)
-        with pytest.raises(BagError, match=r"negative time -1"):
-            recorder.write("/chatter", STRING, string_cdr("a"), -1)
+        for stamp_ns, publish_ns in ((-1, 0), (0, -1), (2**63, 0), (0, 2**64)):
+            with pytest.raises(BagError, match=rf"the time {stamp_ns} ns, published {publish_ns} ns"):
+                recorder.write("/chatter", STRING, string_cdr("a"), stamp_ns, publish_ns)
     with pytest.raises(BagError, match="closed already"):
         recorder.write("/chatter", STRING, string_cdr("a"), 3)
     with pytest.raises(BagError, match="not empty"):
