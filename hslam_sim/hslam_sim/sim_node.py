@@ -13,7 +13,7 @@ from rclpy.clock_type import ClockType
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock as ClockMsg
-from sensor_msgs.msg import BatteryState
+from sensor_msgs.msg import BatteryState, LaserScan
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
@@ -23,6 +23,7 @@ from hslam_ros.door import Door, stamped
 from hslam_ros.lock_step import LockStep, Patience
 from hslam_ros.parameters import declare
 from hslam_ros.qos import CYCLE, LATCHED, SENSOR
+from hslam_ros.scan_conversion import scan_to_msg
 from hslam_ros.spin import run
 from hslam_ros.stamps import NS_PER_S, stamp_to_msg
 from hslam_ros.transforms import transform_to_msg
@@ -30,6 +31,7 @@ from hslam_sim import sim_messages
 from hslam_sim.base_configuration import BaseConfiguration
 from hslam_sim.battery import BatteryConfiguration
 from hslam_sim.landmark_sensor import LandmarkConfiguration
+from hslam_sim.lidar_configuration import LidarConfiguration
 from hslam_sim.run_configuration import RunConfiguration
 from hslam_sim.simulation import ClockConfiguration, SimStep, Simulation, SimulationConfiguration
 from hslam_sim.sonar_configuration import SonarConfiguration
@@ -106,6 +108,7 @@ class SimNode(Node):
             base=declare(self, BaseConfiguration, "base."),
             sonar=declare(self, SonarConfiguration, "sonar."),
             landmarks=declare(self, LandmarkConfiguration, "landmarks."),
+            lidar=declare(self, LidarConfiguration, "lidar."),
             battery=declare(self, BatteryConfiguration, "battery."),
         )
 
@@ -113,6 +116,7 @@ class SimNode(Node):
         self._clock_topic = self.create_publisher(ClockMsg, "/clock", CYCLE)
         self._odom = self.create_publisher(Odometry, "odom", CYCLE)
         self._sonar = self.create_publisher(SonarRing, "sonar", CYCLE)
+        self._scan = self.create_publisher(LaserScan, "scan", CYCLE)
         self._landmarks = self.create_publisher(LandmarkObservations, "landmarks", CYCLE)
         self._truth = self.create_publisher(Odometry, "ground_truth", CYCLE)
         # Looks come every few cycles: the count tells listeners whether this cycle's is still on its way.
@@ -172,6 +176,8 @@ class SimNode(Node):
         if step.landmarks is not None:
             self._looks += 1
             self._landmarks.publish(conversions.landmarks_to_msg(step.landmarks))
+        if step.scan is not None:
+            self._scan.publish(scan_to_msg(step.scan))
         self._sonar.publish(conversions.sonar_to_msg(step.sonar))
         self._odom.publish(conversions.odometry_to_msg(step.odom))
         about = conversions.header(step.stamp_ns, "")

@@ -9,6 +9,8 @@ import numpy as np
 from hslam_sim.base_configuration import BaseConfiguration
 from hslam_sim.battery import BatteryConfiguration, charge_left, reported_voltage
 from hslam_sim.landmark_sensor import LandmarkConfiguration, LandmarkSensor
+from hslam_sim.lidar import Lidar
+from hslam_sim.lidar_configuration import LidarConfiguration
 from hslam_sim.scout_base import ScoutBase
 from hslam_sim.sonar import SonarSimulator
 from hslam_sim.sonar_configuration import SonarConfiguration
@@ -16,7 +18,7 @@ from hslam_sim.wall_index import WallIndex
 from hslam_sim.world import World
 from hslam_types.config import Configuration, parameter
 from hslam_types.se2 import SE2
-from hslam_types.sensing import SCOUT_RING, LandmarkView, OdometrySample, SonarPing, SonarSweep, Velocity
+from hslam_types.sensing import SCOUT_RING, LandmarkView, OdometrySample, RangeScan, SonarPing, SonarSweep, Velocity
 
 
 @dataclass(frozen=True)
@@ -37,6 +39,7 @@ class SimulationConfiguration:
     base: BaseConfiguration = dataclasses.field(default_factory=BaseConfiguration)
     sonar: SonarConfiguration = dataclasses.field(default_factory=SonarConfiguration)
     landmarks: LandmarkConfiguration = dataclasses.field(default_factory=LandmarkConfiguration)
+    lidar: LidarConfiguration = dataclasses.field(default_factory=LidarConfiguration)
     battery: BatteryConfiguration = dataclasses.field(default_factory=BatteryConfiguration)
 
     def noise_free(self) -> Self:
@@ -46,6 +49,7 @@ class SimulationConfiguration:
             base=self.base.noise_free(),
             sonar=self.sonar.noise_free(),
             landmarks=self.landmarks.noise_free(),
+            lidar=self.lidar.noise_free(),
         )
 
 
@@ -66,6 +70,8 @@ class SimStep:
     sonar: SonarSweep
     landmarks: LandmarkView | None
     """None on steps without a look."""
+    scan: RangeScan | None
+    """None without a lidar."""
     bumped: bool
     """Whether a wall stopped the body during the step."""
     battery: Battery
@@ -90,10 +96,11 @@ class Simulation:
         segments = world.walls
         reach = max(SCOUT_RING.range_max_m + SCOUT_RING.mount_radius_m, config.landmarks.range_max_m)
         walls = WallIndex(segments, reach)
-        bias, slip, sonar, landmarks = (np.random.default_rng([seed, stream]) for stream in range(4))
+        bias, slip, sonar, landmarks, light = (np.random.default_rng([seed, stream]) for stream in range(5))
         self._base = ScoutBase(world.start, walls, config.base, bias, slip)
         self._sonar = SonarSimulator(segments, walls, SCOUT_RING, config.sonar, sonar)
         self._landmarks = LandmarkSensor(world.landmarks, walls, config.landmarks, landmarks)
+        self._lidar = Lidar(segments, config.lidar, light) if config.lidar.beams else None
         self._step_ns = round(config.clock.step_s * 1e9)
         self._ping_ns = round(config.sonar.ping_period_s * 1e9)
         self._steps = self._pings = 0
@@ -117,6 +124,7 @@ class Simulation:
             odom=OdometrySample(stamp_ns, base.encoder_pose, base.velocity),
             sonar=SonarSweep(stamp_ns, SCOUT_RING, self._fire(began_ns, stamp_ns)),
             landmarks=self._landmarks.look(stamp_ns, base.true_pose) if look else None,
+            scan=self._lidar.scan(stamp_ns, base.true_pose) if self._lidar is not None else None,
             bumped=base.touching,
             battery=Battery(reported_voltage(self.config.battery, charge), charge),
             odometer_m=base.odometer_m,

@@ -7,6 +7,7 @@ import pytest
 from hslam_sim.base_configuration import BaseConfiguration
 from hslam_sim.battery import BatteryConfiguration
 from hslam_sim.landmark_sensor import LandmarkConfiguration
+from hslam_sim.lidar_configuration import LidarConfiguration
 from hslam_sim.run_configuration import RunConfiguration
 from hslam_sim.simulation import ClockConfiguration
 from hslam_sim.sonar_configuration import SonarConfiguration
@@ -20,6 +21,7 @@ TABLES: list[tuple[str, type[Configuration]]] = [
     ("base.", BaseConfiguration),
     ("sonar.", SonarConfiguration),
     ("landmarks.", LandmarkConfiguration),
+    ("lidar.", LidarConfiguration),
     ("battery.", BatteryConfiguration),
 ]
 

@@ -7,7 +7,9 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from hslam_types.se2 import SE2
+import numpy as np
+
+from hslam_types.se2 import SE2, Array
 
 
 class Velocity(NamedTuple):
@@ -55,6 +57,28 @@ class SonarSweep:
     stamp_ns: int
     ring: SonarRing
     pings: tuple[SonarPing, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RangeScan:
+    """The ranges of a planar scanner, taken at one stamp."""
+
+    stamp_ns: int
+    sensor_in_base: SE2
+    """Pose of the scanner in base_link."""
+    first_bearing: float
+    """Direction (rad) of the first beam in the scanner's frame; each next one lies ``bearing_step`` on."""
+    bearing_step: float
+    range_min_m: float
+    range_max_m: float
+    ranges: Array
+    """Metres, one a beam: +inf where nothing answered, -inf too near, NaN for no reading (REP-117)."""
+
+    @property
+    def bearings(self) -> Array:
+        """The directions of the beams in the scanner's frame (rad)."""
+        directions: Array = self.first_bearing + self.bearing_step * np.arange(len(self.ranges), dtype=np.float64)
+        return directions
 
 
 class LandmarkSighting(NamedTuple):

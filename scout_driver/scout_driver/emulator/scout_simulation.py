@@ -79,6 +79,7 @@ class ScoutSimulation:
             odom=self._stamps.odometry(reading),
             sonar=self._stamps.sweep(reading, reading.pings),
             landmarks=floor.look(stamp_ns) if look else None,
+            scan=None,
             bumped=bool(state.bumper),
             battery=Battery(voltage, floor.charge),
             odometer_m=self.driver.odometry.odometer_m,

@@ -1,0 +1,28 @@
+"""A scan through the bytes of its message and back."""
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+from rclpy.serialization import deserialize_message, serialize_message
+from sensor_msgs.msg import LaserScan
+
+from hslam_ros.scan_conversion import scan_from_msg, scan_to_msg
+from hslam_types.se2 import SE2
+from hslam_types.sensing import RangeScan
+
+MOUNTING = SE2(0.1, -0.02, 0.5)
+single = st.floats(width=32, allow_nan=True, allow_infinity=True)
+angle = st.floats(-3.0, 3.0, width=32)
+
+
+@given(st.lists(single, max_size=40), st.integers(0, 2**31 * 10**9 - 1), angle, st.floats(0.001, 0.1, width=32))
+def test_a_scan_of_any_length_survives_its_message(
+    values: list[float], stamp_ns: int, first: float, step: float
+) -> None:
+    scan = RangeScan(stamp_ns, MOUNTING, first, step, 0.125, 8.0, np.array(values, dtype=np.float64))
+    msg = deserialize_message(serialize_message(scan_to_msg(scan)), LaserScan)
+    back = scan_from_msg(msg, MOUNTING)
+    assert np.array_equal(back.ranges, scan.ranges, equal_nan=True)
+    same = ("stamp_ns", "sensor_in_base", "first_bearing", "bearing_step", "range_min_m", "range_max_m")
+    assert all(getattr(back, name) == getattr(scan, name) for name in same)
+    assert np.allclose(back.bearings, scan.bearings)
