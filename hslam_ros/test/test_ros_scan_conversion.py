@@ -15,7 +15,7 @@ single = st.floats(width=32, allow_nan=True, allow_infinity=True)
 angle = st.floats(-3.0, 3.0, width=32)
 
 
-@given(st.lists(single, max_size=40), st.integers(0, 2**31 * 10**9 - 1), angle, st.floats(0.001, 0.1, width=32))
+@given(st.lists(single, max_size=40), st.integers(0, 2**31 * 10**9 - 1), angle, st.floats(2.0**-10, 0.125, width=32))
 def test_a_scan_of_any_length_survives_its_message(
     values: list[float], stamp_ns: int, first: float, step: float
 ) -> None:

@@ -1,0 +1,88 @@
+"""The edge under way: the one owner of what was departed from, of the trail since, and of every announcement."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from hslam_types.gvg_events import EventKind, GvgEvent, NodeView
+from hslam_types.se2 import Array
+
+TRAIL_STEP_M = 0.08
+TRAIL_CLEARANCE_M = 0.3
+"""What a trail is given for its clearance, where a path is wanted: nobody measured it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Leg:
+    """Where a traversal began: at a node by one of its branches, or somewhere on the GVG."""
+
+    node: NodeView | None = None
+    branch: int = -1
+    paths: tuple[Array, ...] = ()
+    """The path of every branch of the node, k x 3."""
+
+
+class Traversal:
+    """Announces departures and arrivals, and ends what it began: whatever ends a traversal is announced."""
+
+    def __init__(self) -> None:
+        """Begin with none under way."""
+        self.leg: Leg | None = None
+        """None while no traversal is under way."""
+        self.length_m = 0.0
+        self.events: list[GvgEvent] = []
+        """What this step has to announce."""
+        self._sequence = 0
+        self._stamp_ns = 0
+        self._trail: list[tuple[float, float]] = []
+
+    def begin_step(self, stamp_ns: int) -> None:
+        """Begin a step with nothing to announce."""
+        self.events, self._stamp_ns = [], stamp_ns
+
+    def access(self) -> None:
+        """Announce that the GVG is reached inside an edge."""
+        self._begin(Leg())
+        self._announce(EventKind.ACCESS)
+
+    def depart(self, leg: Leg) -> None:
+        """Announce a departure from a node."""
+        self._begin(leg)
+        self._announce(EventKind.DEPARTURE, leg.node, leg.branch)
+
+    def arrive(self, node: NodeView, branch: int) -> None:
+        """Announce the arrival at a node by one of its branches (-1 where that is not known)."""
+        self._announce(EventKind.ARRIVAL, node, branch, self.length_m)
+        self.leg = None
+
+    def give_up(self) -> None:
+        """End the traversal under way, if there is one, without an arrival."""
+        if self.leg is not None:
+            self.lose()
+
+    def lose(self) -> None:
+        """Announce a loss, of a traversal or of the goal to begin one."""
+        self._announce(EventKind.LOST)
+        self.leg = None
+
+    def advance(self, x: float, y: float, way_m: float) -> None:
+        """Take the robot's place; ``way_m`` is what of its way leads along the edge."""
+        if self.leg is None:
+            return
+        self.length_m += way_m
+        if not self._trail or math.hypot(self._trail[-1][0] - x, self._trail[-1][1] - y) > TRAIL_STEP_M:
+            self._trail.append((x, y))
+
+    def back(self, reach_m: float = math.inf) -> Array:
+        """Return the trail as a path backwards from the robot's place, k x 3 (m, odom), at most about so long."""
+        kept = self._trail if math.isinf(reach_m) else self._trail[-max(1, round(reach_m / TRAIL_STEP_M)) :]
+        return np.array([(x, y, TRAIL_CLEARANCE_M) for x, y in reversed(kept)]).reshape(-1, 3)
+
+    def _begin(self, leg: Leg) -> None:
+        self.give_up()
+        self.leg, self.length_m, self._trail = leg, 0.0, []
+
+    def _announce(self, kind: EventKind, node: NodeView | None = None, branch: int = -1, length_m: float = 0.0) -> None:
+        self.events.append(GvgEvent(self._sequence, self._stamp_ns, kind, node, branch, length_m))
+        self._sequence += 1

@@ -1,0 +1,1 @@
+"""What stands between a wish to move and the wheels."""
