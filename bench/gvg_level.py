@@ -11,7 +11,6 @@ import json
 import math
 import sys
 import time
-from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -210,7 +209,8 @@ class GivenIdentity:
         graph.add_nodes_from(range(len(self.nodes)))
         for (u, branch), (v, length_m) in self._links.items():
             graph.add_edge(u, v, by=branch, weight=length_m + DEPARTURE_COST_M)
-        away, paths = nx.single_source_dijkstra(graph, here)
+        away = nx.single_source_dijkstra_path_length(graph, here)
+        paths = nx.single_source_dijkstra_path(graph, here)
         goals = [i for i in away if i != here and any(branch.is_open for branch in self.nodes[i].branches)]
         for goal in sorted(goals, key=lambda i: (away[i], i)):
             first = paths[goal][1]
@@ -283,11 +283,8 @@ def main() -> None:
     first, _, last = options.seeds.partition("-")
     seeds = range(int(first), int(last or first) + 1)
     jobs = [(w, seed, options.beams, options.reach, options.time_limit) for w in options.worlds for seed in seeds]
-    rows = []
     with Progress(console=Console(stderr=True)) as progress, ProcessPoolExecutor(options.jobs) as pool:
-        task = progress.add_task("exploring", total=len(jobs))
-        for row in _advancing(pool.map(_explored, jobs), progress, task):
-            rows.append(row)
+        rows = list(progress.track(pool.map(_explored, jobs), len(jobs), description="exploring"))
     good = [row for row in rows if "failed" not in row]
     table = Table(*(good[0] if good else rows[0]))
     for row in rows:
@@ -296,12 +293,6 @@ def main() -> None:
     if options.json:
         options.json.write_text(json.dumps(rows, indent=1))
     sys.exit(len(good) < len(rows) or any(row["contacts"] for row in good))
-
-
-def _advancing(rows: Iterator[dict[str, Any]], progress: Progress, task: Any) -> Iterator[dict[str, Any]]:
-    for row in rows:
-        progress.advance(task)
-        yield row
 
 
 if __name__ == "__main__":

@@ -36,6 +36,7 @@ class Robot(StrEnum):
     """Which base a run drives."""
 
     SIM = "sim"
+    TURTLEBOT = "turtlebot"
     SCOUT = "scout"
 
 
@@ -48,7 +49,8 @@ def explore(
         Optional[Path], typer.Option(help="folder for bag, atlas, figures and report [runs/WORLD_SEED]")
     ] = None,
     robot: Annotated[
-        Robot, typer.Option(help="the simulated base directly, or an emulated Scout behind its serial line")
+        Robot,
+        typer.Option(help="sim: the Scout's ring of sonars; turtlebot: a lidar; scout: behind its serial line"),
     ] = Robot.SIM,
     in_process: Annotated[
         bool, typer.Option("--in-process", help="one process instead of one per node: same atlas, faster")
@@ -64,11 +66,12 @@ def explore(
     """
     from hslam_bringup.errors import RunError
     from hslam_bringup.explore import explore_and_report
-    from hslam_bringup.run_options import BASES, LEVELS, RunOptions, parse_settings
+    from hslam_bringup.run_options import BASES, LEVELS, RunOptions, merged, parse_settings, robot_settings
 
     out = out or Path("runs") / f"{Path(world).stem}_{seed}"
     nodes = BASES[robot.value] + LEVELS
-    options = RunOptions(world, seed, out, parse_settings(settings or (), nodes), time_limit, robot.value)
+    chosen = merged(robot_settings(robot.value), parse_settings(settings or (), nodes))
+    options = RunOptions(world, seed, out, chosen, time_limit, robot.value)
     if in_process and robot is Robot.SCOUT:
         raise RunError("--in-process drives the simulated base; the Scout has a serial line: leave one of the two out")
     try:

@@ -23,15 +23,15 @@ from hslam_bringup.run_record import RunRecord
 from hslam_bringup.run_report import RunEnd
 from hslam_ekf.config import EkfConfig
 from hslam_ekf.server import EkfServer
-from hslam_gvg.config import GvgConfig
-from hslam_gvg.server import GvgServer
+from hslam_gvg.level import SCAN, GvgLevel, SourceConfig, level_from_mapping
 from hslam_gvg.states import GvgError
 from hslam_ros import conversions
+from hslam_ros.scan_conversion import scan_from_msg, scan_to_msg
 from hslam_ros.stamps import NS_PER_S
 from hslam_sim import sim_messages
-from hslam_sim.simulation import Simulation, SimulationConfiguration
+from hslam_sim.simulation import SimStep, Simulation, SimulationConfiguration
 from hslam_sim.worlds import load_world
-from hslam_types.sensing import Velocity
+from hslam_types.sensing import RangeScan, SonarSweep, Velocity
 
 _SHOW_EVERY = 100
 """Steps between two looks at the run."""
@@ -41,10 +41,16 @@ class InProcessRun:
     """The robot, its world and the three levels, stepped together and recorded."""
 
     def __init__(
-        self, simulation: Simulation, gvg: GvgServer, ekf: EkfServer, atlas: AtlasServer, record: RunRecord
+        self,
+        simulation: Simulation,
+        level: tuple[GvgLevel, SourceConfig],
+        ekf: EkfServer,
+        atlas: AtlasServer,
+        record: RunRecord,
     ) -> None:
         """Take the parts as they are; the first step sends no command."""
-        self.simulation, self.gvg, self.ekf, self.atlas, self.record = simulation, gvg, ekf, atlas, record
+        self.simulation, self.ekf, self.atlas, self.record = simulation, ekf, atlas, record
+        self.gvg, self._source = level
         self.finished = self._explored = False
         self.path_length_m = 0.0
         self._command: Velocity | None = None
@@ -66,7 +72,7 @@ class InProcessRun:
             self._bumped = base.bumped
             put("/bumper", Bool(data=base.bumped), stamp_ns)
 
-        driven = self.gvg.step(odom, base.sonar)
+        driven = self.gvg.step(odom, self._heard(base))
         mapped = self.ekf.step(odom, base.landmarks, driven.events)
         decided = self.atlas.step(driven.events, mapped.edge_maps, mapped.links)
         if decided.goal is not None:
@@ -90,6 +96,14 @@ class InProcessRun:
         self.path_length_m += math.dist(self._last_xy or here, here)
         self._last_xy = here
 
+    def _heard(self, base: SimStep) -> SonarSweep | RangeScan | None:
+        """Return what the GVG level hears of the step, in the bits that a node would receive."""
+        if base.scan is None:
+            return None if self._source.source == SCAN else base.sonar
+        msg = scan_to_msg(base.scan)
+        self.record.put("/scan", msg, base.stamp_ns)
+        return scan_from_msg(msg, self._source.scanner_in_base) if self._source.source == SCAN else base.sonar
+
     def snapshot(self) -> Snapshot:
         """Return where the run stands."""
         graph = self.atlas.state.graph
@@ -105,7 +119,7 @@ def run_in_process(options: RunOptions, show: Callable[[Snapshot], None]) -> Run
     with Recorder(options.bag) as recorder, AtlasStore(options.atlas) as store:
         run = InProcessRun(
             _simulation(options),
-            GvgServer(GvgConfig.from_mapping(options.node_settings("gvg"))),
+            level_from_mapping(options.node_settings("gvg")),
             EkfServer(EkfConfig.from_mapping(options.node_settings("ekf"))),
             AtlasServer(AtlasConfig.from_mapping({"mission": "explore"} | options.node_settings("atlas")), store),
             RunRecord(recorder),

@@ -9,8 +9,8 @@ from hslam_atlas.config import AtlasConfig
 from hslam_bringup.run_options import SET_BY_THE_RUN
 from hslam_ekf.config import EkfConfig
 from hslam_ekf.ekf_node import EkfNodeConfig
-from hslam_gvg.config import GvgConfig
 from hslam_gvg.gvg_node import GvgNodeConfig
+from hslam_gvg.level import CONFIGURATIONS, SourceConfig
 from hslam_sim.landmark_sensor import LandmarkConfiguration
 from hslam_sim.run_configuration import RunConfiguration
 from hslam_sim.simulation import SimulationConfiguration
@@ -27,11 +27,11 @@ _SIMULATED = SimulationConfiguration()
 
 ALGORITHMS: Mapping[str, Grouped] = {
     "sim": tuple((f"{part.name}.", type(getattr(_SIMULATED, part.name))) for part in fields(_SIMULATED)),
-    "gvg": (("", GvgConfig),),
+    "gvg": (("", SourceConfig),),
     "ekf": (("", EkfConfig),),
     "atlas": (("", AtlasConfig),),
 }
-"""By node: what it does, in one process too."""
+"""By node: what it does, in one process too; the GVG level has besides what its source asks for."""
 
 NODES: Mapping[str, Grouped] = {
     "sim": (*ALGORITHMS["sim"], ("", RunConfiguration)),
@@ -52,12 +52,20 @@ NODES: Mapping[str, Grouped] = {
 def check_settings(settings: Mapping[str, Mapping[str, Any]], nodes: Mapping[str, Grouped]) -> None:
     """Raise ConfigurationError where a setting, by node and name, is of no parameter, of the wrong type or range."""
     for node, values in settings.items():
-        known = {entry.name: entry for entry in parameters(nodes[node])}
+        groups = nodes[node]
+        if node == "gvg":
+            groups = (*groups, *CONFIGURATIONS[SourceConfig(**_of(values, SourceConfig)).source])
+        known = {entry.name: entry for entry in parameters(groups)}
         for name, value in values.items():
             if name not in known:
                 names = ", ".join(sorted(known.keys() - SET_BY_THE_RUN))
                 raise ConfigurationError(f"{node} has no parameter '{name}' here; it has: {names}")
             check(known[name], value)
+
+
+def _of(values: Mapping[str, Any], kind: type[Configuration]) -> dict[str, Any]:
+    """Return those values that are of a configuration's parameters."""
+    return {entry.name: values[entry.name] for entry in kind.parameters() if entry.name in values}
 
 
 def parameters(groups: Grouped) -> Iterator[Parameter]:

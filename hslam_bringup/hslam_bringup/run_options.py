@@ -7,12 +7,16 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from ament_index_python.packages import get_package_share_directory
+
 from hslam_bringup.errors import RunError
 from hslam_types.yaml_text import YamlError, load_yaml
 
 LEVELS = ("gvg", "ekf", "atlas")
-BASES = {"sim": ("sim",), "scout": ("scout_emulator", "scout")}
+BASES = {"sim": ("sim",), "turtlebot": ("sim",), "scout": ("scout_emulator", "scout")}
 """By robot: the nodes in place of the base."""
+ROBOTS = {"turtlebot": "turtlebot.yaml"}
+"""By robot: the file of this package that says by node how it differs from the simulated Scout."""
 SET_BY_THE_RUN = frozenset(
     ("world", "seed", "landmark_seed", "landmark_source", "lockstep", "lockstep_nodes", "mission", "port", "store")
 )
@@ -33,7 +37,7 @@ class RunOptions:
     time_limit_s: float = 14_400.0
     """Simulated time after which an unfinished exploration is given up."""
     robot: str = "sim"
-    """The base: "sim" directly, or "scout" through the emulated serial line."""
+    """The robot: a key of `BASES`."""
 
     @property
     def bag(self) -> Path:
@@ -58,6 +62,20 @@ class RunOptions:
     def node_settings(self, node: str) -> dict[str, Any]:
         """Return the parameters that were set for one node."""
         return dict(self.settings.get(node, {}))
+
+
+def robot_settings(robot: str) -> dict[str, dict[str, Any]]:
+    """Return the parameters by node and name that make the base a certain robot."""
+    if robot not in ROBOTS:
+        return {}
+    path = Path(get_package_share_directory("hslam_bringup")) / "config" / ROBOTS[robot]
+    settings: dict[str, dict[str, Any]] = load_yaml(path.read_text())
+    return settings
+
+
+def merged(first: Mapping[str, Mapping[str, Any]], over: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, Any]]:
+    """Return settings by node and name, those of ``over`` in place of the first where both have one."""
+    return {node: {**first.get(node, {}), **over.get(node, {})} for node in {**first, **over}}
 
 
 def parse_settings(assignments: Sequence[str], nodes: Sequence[str]) -> dict[str, dict[str, Any]]:

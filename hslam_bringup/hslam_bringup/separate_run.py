@@ -21,7 +21,7 @@ def run_separately(options: RunOptions, show: Callable[[Snapshot], None]) -> Run
     Raises NodeDiedError, naming the node, when a process ends early.  However it ends, the nodes are stopped in
     order: the base first, the recorder last.
     """
-    bases = _simulated_base(options) if options.robot == "sim" else _scout_behind_its_line(options)
+    bases = _simulated_base(options) if options.robot != "scout" else _scout_behind_its_line(options)
     world = bases[0].name
     levels = _levels(options, world)
     with private_domain() as domain:

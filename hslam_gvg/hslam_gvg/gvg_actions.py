@@ -8,7 +8,8 @@ from hslam_msgs.action import AccessGvg, DriveStraight, TraceEdge
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.node import Node
 
-from hslam_gvg.server import GvgError, GvgOutput, GvgServer, GvgState
+from hslam_gvg.level import GvgLevel
+from hslam_gvg.states import GvgError, GvgOutput, GvgState
 from hslam_ros.stamps import NS_PER_S, stamp_from_msg
 from hslam_types.gvg_events import EventKind, GoalKind, GvgGoal
 
@@ -21,7 +22,7 @@ class _Offer(NamedTuple):
 
     kind: Any
     to_goal: Callable[[Any], GvgGoal]
-    progress: Callable[[GvgServer], dict[str, float]]
+    progress: Callable[[GvgLevel], dict[str, float]]
 
 
 _OFFERS = {
@@ -42,7 +43,7 @@ _OFFERS = {
 class GvgActions:
     """Takes goals for the server and answers each when an event, or a new goal, has ended it."""
 
-    def __init__(self, node: Node, server: GvgServer) -> None:
+    def __init__(self, node: Node, server: GvgLevel) -> None:
         """Offer the actions on ``node``."""
         self._node, self._server = node, server
         self._handle: Any = None

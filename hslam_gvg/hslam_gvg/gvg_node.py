@@ -1,37 +1,40 @@
-"""The GVG level as a node: hears odometry and sonar, says the command and the events, takes goals as actions."""
+"""The GVG level as a node: hears odometry and ranges, says the command and the events, takes goals as actions."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
 from geometry_msgs.msg import TwistStamped
 from hslam_msgs.msg import GvgEvent, NodeStatus, SonarRing
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
-from sensor_msgs.msg import PointCloud2
+from sensor_msgs.msg import LaserScan, PointCloud2
 from std_srvs.srv import Trigger
 
-from hslam_gvg.config import GvgConfig
 from hslam_gvg.gvg_actions import GvgActions
+from hslam_gvg.level import CONFIGURATIONS, RING, Hearing, SourceConfig, gvg_level
 from hslam_gvg.local_map_message import local_map_to_msg
-from hslam_gvg.server import GvgServer
 from hslam_ros import conversions
 from hslam_ros.door import Door
 from hslam_ros.parameters import declare
 from hslam_ros.qos import CYCLE, EVENTS, LATCHED, sensor_subscription
+from hslam_ros.scan_conversion import scan_from_msg
 from hslam_ros.spin import run
 from hslam_ros.stamps import NS_PER_S
 from hslam_ros.step_order import Cycle, StepOrder
 from hslam_types import gvg_events
 from hslam_types.config import Configuration, parameter
-from hslam_types.sensing import SCOUT_RING, OdometrySample, SonarSweep, Velocity
+from hslam_types.sensing import OdometrySample, RangeScan, SonarSweep, Velocity
 
 
 @dataclass(frozen=True)
 class GvgNodeConfig(Configuration):
     """How the node is joined to the others, and what it shows."""
 
-    lockstep: bool = parameter(True, "wait for the sonar of every cycle however long it takes")
+    lockstep: bool = parameter(True, "wait for the ranges of every cycle however long it takes")
     hold_back_s: float = parameter(
-        0.1, "running free: how long a cycle waits for its sonar", low=0.0, high=5.0, unit="s"
+        0.1, "running free: how long a cycle waits for its ranges", low=0.0, high=5.0, unit="s"
     )
     map_every_s: float = parameter(1.0, "time between two pictures of the local map", low=0.0, high=60.0, unit="s")
 
@@ -43,11 +46,12 @@ class GvgNode(Node):
         """Declare parameters, topics and actions; raises ConfigurationError on a bad parameter."""
         super().__init__("gvg")
         self._config = declare(self, GvgNodeConfig)
-        self._server = GvgServer(declare(self, GvgConfig))
+        self._source = declare(self, SourceConfig)
+        groups = CONFIGURATIONS[self._source.source]
+        self._server = gvg_level(self._source.source, [declare(self, kind, prefix) for prefix, kind in groups])
         hold_ns = None if self._config.lockstep else round(self._config.hold_back_s * NS_PER_S)
-        self._order = StepOrder(implicit=["sonar"], hold_ns=hold_ns)
-        self._ring = SCOUT_RING
-        """The ring last heard of."""
+        self._order = StepOrder(implicit=["ranges"], hold_ns=hold_ns)
+        self._hearing = Hearing()
         self._events_said = 0
         self._next_map_ns = 0
         self._command = self.create_publisher(TwistStamped, "cmd_vel", CYCLE)
@@ -59,9 +63,20 @@ class GvgNode(Node):
         self._door.hear(
             Odometry, "odom", conversions.odometry_from_msg, self._on_odometry, sensors, self._on_refused_odometry
         )
-        self._door.hear(SonarRing, "sonar", conversions.sonar_from_msg, self._on_sonar, sensors, self._on_refused_sonar)
+        self._join: Callable[..., Any]
+        if self._source.source == RING:
+            self._join = self._hearing.sweep
+            self._hear_ranges(SonarRing, "sonar", conversions.sonar_from_msg)
+        else:
+            self._join = self._hearing.scan
+            scanner_in_base = self._source.scanner_in_base
+            self._hear_ranges(LaserScan, "scan", partial(scan_from_msg, sensor_in_base=scanner_in_base))
         self.create_service(Trigger, "~/reset", self._on_reset)
         self._actions = GvgActions(self, self._server)
+
+    def _hear_ranges(self, kind: type, topic: str, convert: Callable[[Any], SonarSweep | RangeScan]) -> None:
+        profile = sensor_subscription(self._config.lockstep)
+        self._door.hear(kind, topic, convert, self._on_ranges, profile, self._on_refused_ranges)
 
     def _on_odometry(self, sample: OdometrySample) -> None:
         self._order.tick(sample.stamp_ns, sample)
@@ -71,12 +86,12 @@ class GvgNode(Node):
         self._order.skip(stamp_ns)
         self._work()
 
-    def _on_sonar(self, sweep: SonarSweep) -> None:
-        self._order.put("sonar", sweep.stamp_ns, sweep)
+    def _on_ranges(self, heard: SonarSweep | RangeScan) -> None:
+        self._order.put("ranges", heard.stamp_ns, heard)
         self._work()
 
-    def _on_refused_sonar(self, stamp_ns: int | None) -> None:
-        self._order.miss("sonar", stamp_ns)
+    def _on_refused_ranges(self, stamp_ns: int | None) -> None:
+        self._order.miss("ranges", stamp_ns)
         self._work()
 
     def _work(self) -> None:
@@ -88,12 +103,12 @@ class GvgNode(Node):
             self._answer(cycle.stamp_ns, Velocity(), (), "blind")
             return
         odom: OdometrySample = cycle.clock
-        out = self._server.step(odom, self._joined(cycle.stamp_ns, cycle.inputs["sonar"]))
+        out = self._server.step(odom, self._join(cycle.stamp_ns, cycle.inputs["ranges"]))
         self._answer(cycle.stamp_ns, out.command, out.events, out.state.value)
         self._actions.after_step(out, cycle.stamp_ns)
         if cycle.stamp_ns >= self._next_map_ns and self._map.get_subscription_count():
             self._next_map_ns = cycle.stamp_ns + round(self._config.map_every_s * NS_PER_S)
-            self._map.publish(local_map_to_msg(self._server.map.points(), cycle.stamp_ns))
+            self._map.publish(local_map_to_msg(self._server.obstacle_points(), cycle.stamp_ns))
 
     def _answer(self, stamp_ns: int, command: Velocity, events: tuple[gvg_events.GvgEvent, ...], state: str) -> None:
         self._command.publish(conversions.velocity_to_msg(command, stamp_ns))
@@ -103,14 +118,6 @@ class GvgNode(Node):
         status = NodeStatus(header=conversions.header(stamp_ns, ""), node=self.get_name(), outputs=self._events_said)
         status.state, status.detail = state, self._door.report()
         self._status.publish(status)
-
-    def _joined(self, stamp_ns: int, sweeps: tuple[SonarSweep, ...]) -> SonarSweep:
-        """Return the cycle's sweeps as one; running free there may be none, or several."""
-        if sweeps:
-            self._ring = sweeps[-1].ring
-        if len(sweeps) == 1:
-            return sweeps[0]
-        return SonarSweep(stamp_ns, self._ring, tuple(ping for sweep in sweeps for ping in sweep.pings))
 
     def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         self._actions.reset()

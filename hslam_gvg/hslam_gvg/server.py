@@ -20,7 +20,7 @@ from hslam_gvg.states import GvgError, GvgOutput, GvgState
 from hslam_gvg.straight import Straight
 from hslam_gvg.tracing import Tracing
 from hslam_types.gvg_events import GoalKind, GvgGoal, NodeView
-from hslam_types.se2 import SE2, wrap
+from hslam_types.se2 import SE2, Array, wrap
 from hslam_types.sensing import OdometrySample, SonarSweep, Velocity
 
 __all__ = ["GvgError", "GvgOutput", "GvgServer", "GvgState"]
@@ -83,6 +83,10 @@ class GvgServer:
     def distance_left_m(self) -> float:
         """The way left to the target of the last straight drive."""
         return self._straight.distance_left_m()
+
+    def obstacle_points(self) -> Array:
+        """Return the obstacle points of the local map, n x 2 (m, odom)."""
+        return self._now.map.points()
 
     def reset(self) -> None:
         """Forget the local map, the node and the goal, and stand still.

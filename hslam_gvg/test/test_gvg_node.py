@@ -19,6 +19,7 @@ from std_srvs.srv import Trigger
 from hslam_gvg.config import GvgConfig
 from hslam_gvg.gvg_actions import _OFFERS
 from hslam_gvg.gvg_node import GvgNode
+from hslam_gvg.server import GvgServer
 from hslam_ros import conversions
 from hslam_ros.qos import CYCLE, EVENTS, LATCHED
 from hslam_ros.stamps import stamp_to_msg
@@ -71,9 +72,15 @@ class Pair(Stage):
         """Return how a goal ended."""
         return self.wait(handle.get_result_async()).result
 
+    @property
+    def ring_level(self) -> GvgServer:
+        """The node's server, which hears a ring by default."""
+        assert isinstance(self.gvg._server, GvgServer)
+        return self.gvg._server
+
     def stand_at_node(self) -> None:
         """Put the robot at a meet point, facing its first branch."""
-        self.gvg._server._now.node = NodeView(NodeKind.MEET_POINT, 0.0, 0.0, 1.0, (0.0, 2.0, -2.0))
+        self.ring_level._now.node = NodeView(NodeKind.MEET_POINT, 0.0, 0.0, 1.0, (0.0, 2.0, -2.0))
 
 
 @pytest.fixture
@@ -139,7 +146,7 @@ def test_a_goal_dropped_is_answered_and_the_node_lives_on(pair: Pair) -> None:
     pair.send(pair.rest.trace, TraceEdge.Goal(branch=0))
     late = pair.send(pair.rest.trace, TraceEdge.Goal(branch=0, decided=stamp_to_msg(pair.stamp_ns)))
     assert late.accepted
-    pair.gvg._server._now.node = None
+    pair.ring_level._now.node = None
     pair.cycle()
     pair.cycle()
     result = pair.result(late)
@@ -217,14 +224,14 @@ def test_the_local_map_is_said_to_whoever_listens(pair: Pair) -> None:
     clouds: list[PointCloud2] = []
     pair.rest.create_subscription(PointCloud2, "gvg/local_map", clouds.append, LATCHED)
     pair.spin_until(lambda: pair.gvg._map.get_subscription_count() > 0)
-    pair.gvg._server.map.touch(SE2(), direction=1.0)
+    pair.ring_level.map.touch(SE2(), direction=1.0)
     pair.cycle()
     pair.spin_until(lambda: len(clouds) > 0)
     cloud = clouds[0]
     assert cloud.header.frame_id == "odom"
     assert [(field.name, field.offset) for field in cloud.fields] == [("x", 0), ("y", 4), ("z", 8)]
     points = np.frombuffer(cloud.data, dtype="<f4").reshape(cloud.width, 3)
-    believed = pair.gvg._server.map.points()
+    believed = pair.ring_level.map.points()
     assert len(believed) > 0
     np.testing.assert_allclose(points, np.column_stack((believed, np.zeros(len(believed)))), atol=1e-6)
 

@@ -16,7 +16,7 @@ NEARER_M = 0.003
 
 
 def limited(wanted: Velocity, base_in_odom: SE2, obstacles: Array, room_m: float) -> tuple[Velocity, bool]:
-    """Return the command that keeps ``room_m`` between base_link and ``obstacles`` (n x 2, odom); whether it is stopped.
+    """Return the command that keeps ``room_m`` to ``obstacles`` (n x 2, m, odom), and whether it had to be stopped.
 
     Turning on the spot is always free: the body is round.
     """

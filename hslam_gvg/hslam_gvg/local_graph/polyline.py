@@ -36,7 +36,7 @@ def nearest(path: Array, x: float, y: float) -> tuple[int, float]:
 
 
 def chord_bearing(path: Array, chord_m: float) -> float:
-    """Return the direction (rad) from a path's beginning to where it first leaves a circle about it; else to its end."""
+    """Return the direction (rad) from a path's beginning to where it leaves a circle about it, else to its end."""
     x, y = path[0, 0], path[0, 1]
     distance = np.hypot(path[:, 0] - x, path[:, 1] - y)
     outside = np.flatnonzero(distance >= chord_m)

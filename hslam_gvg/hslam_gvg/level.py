@@ -1,0 +1,138 @@
+"""The GVG level, by whatever sensor: what a node, a bag loop or a simulation steps, and how it is made for a sensor."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol, TypeVar
+
+from hslam_gvg.config import GvgConfig
+from hslam_gvg.follow_config import FollowConfig
+from hslam_gvg.graph_follower import GraphFollower
+from hslam_gvg.local_graph.graph_config import LocalGraphConfig
+from hslam_gvg.ranging.scan_map_config import ScanMapConfig
+from hslam_gvg.server import GvgServer
+from hslam_gvg.states import GvgOutput
+from hslam_types.config import Configuration, parameter
+from hslam_types.errors import ConfigurationError
+from hslam_types.gvg_events import GvgGoal, NodeView
+from hslam_types.se2 import SE2, Array
+from hslam_types.sensing import SCOUT_RING, OdometrySample, RangeScan, SonarSweep
+
+C = TypeVar("C", bound=Configuration)
+
+RING, SCAN = "ring", "scan"
+
+
+@dataclass(frozen=True)
+class SourceConfig(Configuration):
+    """Which sensor shows the surroundings, and where it is mounted."""
+
+    source: str = parameter(RING, "ring: hslam_msgs/SonarRing on `sonar`; scan: sensor_msgs/LaserScan on `scan`")
+    scan_forward_m: float = parameter(
+        0.0, "the scanner's place before base_link's origin", low=-5.0, high=5.0, unit="m"
+    )
+    scan_left_m: float = parameter(0.0, "the scanner's place to its left", low=-5.0, high=5.0, unit="m")
+    scan_yaw: float = parameter(0.0, "direction of the scanner's x axis in base_link", low=-6.3, high=6.3, unit="rad")
+
+    def __post_init__(self) -> None:
+        """Check values and ranges; raises ConfigurationError."""
+        super().__post_init__()
+        if self.source not in (RING, SCAN):
+            raise ConfigurationError(f"parameter 'source' must be {RING} or {SCAN}, not {self.source!r}")
+
+    @property
+    def scanner_in_base(self) -> SE2:
+        """Pose of the scanner in base_link."""
+        return SE2(self.scan_forward_m, self.scan_left_m, self.scan_yaw)
+
+
+CONFIGURATIONS: Mapping[str, tuple[tuple[str, type[Configuration]], ...]] = {
+    RING: (("", GvgConfig),),
+    SCAN: (("", FollowConfig), ("map.", ScanMapConfig), ("graph.", LocalGraphConfig)),
+}
+"""By source: the configurations of the level, each with the prefix of its parameters' names."""
+
+
+class GvgLevel(Protocol):
+    """Odometry and what a sensor shows go in, a command and events come out."""
+
+    next_goal: GvgGoal | None
+
+    @property
+    def node(self) -> NodeView | None:
+        """The node the robot stands at, from its arrival to its departure."""
+
+    @property
+    def room_m(self) -> float:
+        """The clearance where the robot is."""
+
+    @property
+    def path_length_m(self) -> float:
+        """The length of the traversal under way, so far; 0 without one."""
+
+    @property
+    def distance_left_m(self) -> float:
+        """The way left to the target of the last straight drive."""
+
+    def obstacle_points(self) -> Array:
+        """Return the obstacle points of the local map, n x 2 (m, odom)."""
+
+    def reset(self) -> None:
+        """Forget the local map, the node and the goal, and stand still; what was under way is announced as lost."""
+
+    def start(self, goal: GvgGoal, decided_ns: int | None = None) -> None:
+        """Take a goal, which the next step begins; raises GvgError for one that cannot be carried out from here."""
+
+    def step(self, odom: OdometrySample, heard: Any) -> GvgOutput:
+        """Take one cycle's inputs and return the command and what there is to announce."""
+
+
+def gvg_level(source: str, configurations: Sequence[Configuration]) -> GvgLevel:
+    """Return the level for a source, by its configurations in the order of `CONFIGURATIONS`."""
+    if source == SCAN:
+        follow, mapping, graph = configurations
+        return GraphFollower(_of(FollowConfig, follow), _of(ScanMapConfig, mapping), _of(LocalGraphConfig, graph))
+    return GvgServer(_of(GvgConfig, configurations[0]))
+
+
+def level_from_mapping(values: Mapping[str, Any]) -> tuple[GvgLevel, SourceConfig]:
+    """Return the level, and its source, by parameters as a node has them; raises ConfigurationError on a bad one."""
+    own = {entry.name for entry in SourceConfig.parameters()}
+    source = SourceConfig.from_mapping({name: value for name, value in values.items() if name in own})
+    groups = CONFIGURATIONS[source.source]
+    prefixes = [prefix for prefix, _ in groups if prefix]
+    configurations = []
+    for prefix, kind in groups:
+        others = [other for other in prefixes if other != prefix] if not prefix else []
+        mine = {
+            name.removeprefix(prefix): value
+            for name, value in values.items()
+            if name not in own and name.startswith(prefix) and not name.startswith(tuple(others))
+        }
+        configurations.append(kind.from_mapping(mine))
+    return gvg_level(source.source, configurations), source
+
+
+class Hearing:
+    """Joins what a sensor said in one cycle into what the level takes: running free that may be nothing, or several."""
+
+    def __init__(self) -> None:
+        """Begin with the Scout's ring, until another is heard of."""
+        self._ring = SCOUT_RING
+
+    def sweep(self, stamp_ns: int, sweeps: tuple[SonarSweep, ...]) -> SonarSweep:
+        """Return the cycle's sweeps as one."""
+        if sweeps:
+            self._ring = sweeps[-1].ring
+        if len(sweeps) == 1:
+            return sweeps[0]
+        return SonarSweep(stamp_ns, self._ring, tuple(ping for sweep in sweeps for ping in sweep.pings))
+
+    def scan(self, _: int, scans: tuple[RangeScan, ...]) -> RangeScan | None:
+        """Return the cycle's newest scan, None without one."""
+        return scans[-1] if scans else None
+
+
+def _of(kind: type[C], configuration: Configuration) -> C:
+    if not isinstance(configuration, kind):
+        raise ConfigurationError(f"{kind.__name__} expected, not {type(configuration).__name__}")
+    return configuration
