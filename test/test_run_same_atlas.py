@@ -10,10 +10,11 @@ OWN_TO_A_RUN = {"wall_time_s", "real_time_factor", "peak_rss_mb"}
 
 
 @pytest.mark.slow
-def test_separate_processes_and_one_process_agree_bit_for_bit(tmp_path: Path) -> None:
+@pytest.mark.parametrize("robot", ["sim", "turtlebot"])
+def test_separate_processes_and_one_process_agree_bit_for_bit(tmp_path: Path, robot: str) -> None:
     separate, single = tmp_path / "separate", tmp_path / "single"
     for out, how in ((separate, []), (single, ["--in-process"])):
-        status, _, err = outcome(hslam("explore", "small_world", "--seed", "1", "--out", str(out), *how), 600.0)
+        status, _, err = outcome(hslam("explore", "small_world", "--robot", robot, "--out", str(out), *how), 600.0)
         assert status == 0, err
     assert atlas_dump(separate / "atlas.db") == atlas_dump(single / "atlas.db")
     reports = [json.loads((out / "report.json").read_text()) for out in (separate, single)]

@@ -4,16 +4,19 @@ from pathlib import Path
 
 import pytest
 
-from hslam_gvg.config import GvgConfig
 from hslam_gvg.gvg_node import GvgNodeConfig
+from hslam_gvg.level import CONFIGURATIONS, RING, SCAN, SourceConfig
 from hslam_types.config import Configuration
 from hslam_types.config_table import markdown_row
 
 README = Path(__file__).parent.parent / "README.md"
 
 
-@pytest.mark.parametrize("kind", [GvgNodeConfig, GvgConfig])
-def test_the_readme_lists_every_parameter_as_it_is(kind: type[Configuration]) -> None:
+TABLES = [("", GvgNodeConfig), ("", SourceConfig), *CONFIGURATIONS[RING], *CONFIGURATIONS[SCAN]]
+
+
+@pytest.mark.parametrize(("prefix", "kind"), TABLES)
+def test_the_readme_lists_every_parameter_as_it_is(prefix: str, kind: type[Configuration]) -> None:
     lines = README.read_text().splitlines()
-    missing = [row for row in map(markdown_row, kind.parameters()) if row not in lines]
+    missing = [row for row in (markdown_row(entry, prefix) for entry in kind.parameters()) if row not in lines]
     assert not missing, "missing or out of date:\n" + "\n".join(missing)

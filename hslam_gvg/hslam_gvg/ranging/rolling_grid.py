@@ -92,4 +92,6 @@ def _roll(grid: npt.NDArray[np.generic], right: int, up: int, empty: float) -> N
 
 
 def _overlap(size: int, shift: int) -> tuple[slice, slice]:
+    """Return where cells go and where they come from along one axis; nothing where all of them fall off."""
+    shift = max(-size, min(size, shift))
     return slice(max(0, -shift), min(size, size - shift)), slice(max(0, shift), min(size, size + shift))
