@@ -19,6 +19,7 @@ from std_srvs.srv import Trigger
 from hslam_gvg.config import GvgConfig
 from hslam_gvg.gvg_actions import _OFFERS
 from hslam_gvg.gvg_node import GvgNode
+from hslam_gvg.level import Hearing
 from hslam_gvg.server import GvgServer
 from hslam_ros import conversions
 from hslam_ros.qos import CYCLE, EVENTS, LATCHED
@@ -178,10 +179,10 @@ def test_a_goal_under_way_says_how_far_it_has_come(pair: Pair, action: str, goal
     assert heard == [expected]
 
 
-def test_a_cycle_without_pings_keeps_the_ring_last_heard(pair: Pair) -> None:
-    other = replace(SCOUT_RING, mount_radius_m=0.3)
-    assert pair.gvg._joined(1, (SonarSweep(1, other, ()),)).ring == other
-    assert pair.gvg._joined(2, ()) == SonarSweep(2, other, ())
+def test_a_cycle_without_pings_keeps_the_ring_last_heard() -> None:
+    other, hearing = replace(SCOUT_RING, mount_radius_m=0.3), Hearing()
+    assert hearing.sweep(1, (SonarSweep(1, other, ()),)).ring == other
+    assert hearing.sweep(2, ()) == SonarSweep(2, other, ())
 
 
 class Handle:
