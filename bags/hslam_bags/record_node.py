@@ -24,12 +24,10 @@ from hslam_bags.topic_choice import TopicChoice, names
 from hslam_ros.parameters import declare
 from hslam_ros.qos import LATCHED
 from hslam_ros.spin import run
+from hslam_ros.stamps import FOREVER_NS, stamp_to_msg
 from hslam_types.errors import ConfigurationError
 
 CLOCK = "/clock"
-FOREVER_S = 2**31 - 1
-"""Stamp (s) of the status that answers every cycle to come: a recorder is waited for once, not at every step."""
-
 _SWEEP_S = 0.02
 """Time between two sweeps over the topics; the middleware holds thousands of messages meanwhile."""
 
@@ -145,8 +143,9 @@ class RecordNode(Node):
     def _announce(self) -> None:
         """Say once that every required topic is heard, to whoever waits for this recorder with the first step."""
         if self._required and all(self._heard.has_publisher(topic) for topic in self._required):
+            # A recorder is waited for once, not at every step.
             status = NodeStatus(node=self.get_name(), state="recording")
-            status.header.stamp.sec = FOREVER_S
+            status.header.stamp = stamp_to_msg(FOREVER_NS)
             self._status.publish(status)
             self._required = set()
 

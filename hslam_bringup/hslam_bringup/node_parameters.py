@@ -52,10 +52,7 @@ NODES: Mapping[str, Grouped] = {
 def check_settings(settings: Mapping[str, Mapping[str, Any]], nodes: Mapping[str, Grouped]) -> None:
     """Raise ConfigurationError where a setting, by node and name, is of no parameter, of the wrong type or range."""
     for node, values in settings.items():
-        groups = nodes[node]
-        if node == "gvg":
-            groups = (*groups, *CONFIGURATIONS[SourceConfig(**_of(values, SourceConfig)).source])
-        known = {entry.name: entry for entry in parameters(groups)}
+        known = {entry.name: entry for entry in parameters(groups_of(node, nodes, values))}
         for name, value in values.items():
             if name not in known:
                 names = ", ".join(sorted(known.keys() - SET_BY_THE_RUN))
@@ -63,9 +60,14 @@ def check_settings(settings: Mapping[str, Mapping[str, Any]], nodes: Mapping[str
             check(known[name], value)
 
 
-def _of(values: Mapping[str, Any], kind: type[Configuration]) -> dict[str, Any]:
-    """Return those values that are of a configuration's parameters."""
-    return {entry.name: values[entry.name] for entry in kind.parameters() if entry.name in values}
+def groups_of(node: str, nodes: Mapping[str, Grouped], values: Mapping[str, Any]) -> Grouped:
+    """Return the configurations of a node that is set to ``values``; raises ConfigurationError on an unknown source."""
+    if node != "gvg":
+        return nodes[node]
+    source = SourceConfig(
+        **{entry.name: values[entry.name] for entry in SourceConfig.parameters() if entry.name in values}
+    )
+    return (*nodes[node], *CONFIGURATIONS[source.source])
 
 
 def parameters(groups: Grouped) -> Iterator[Parameter]:

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from enum import Enum
 
+from hslam_ros.stamps import FOREVER_NS
 from hslam_types.errors import HslamError
 
 
@@ -48,8 +49,9 @@ class LockStep:
         self._since_s, self._warned = now_s, False
 
     def answer(self, name: str, stamp_ns: int) -> None:
-        """Note that ``name`` has handled everything up to ``stamp_ns``; it cannot have handled what is yet to come."""
-        self._newest[name] = max(self._newest[name], min(stamp_ns, self.stamp_ns))
+        """Note that ``name`` has handled everything up to ``stamp_ns``: at most the present cycle, unless for ever."""
+        handled_ns = stamp_ns if stamp_ns >= FOREVER_NS else min(stamp_ns, self.stamp_ns)
+        self._newest[name] = max(self._newest[name], handled_ns)
 
     def missing(self) -> tuple[str, ...]:
         """Return whose answers the next cycle waits for, in the order given at the start."""

@@ -21,14 +21,14 @@ MOST_ROUND = 1.01 * math.tau
 
 
 def scan_to_msg(scan: RangeScan, frame_id: str = FRAME) -> LaserScan:
-    """Return a scan as a message, in the scanner's own frame."""
+    """Return a scan as a message, in the scanner's own frame, its numbers rounded as they will be on the way."""
     return LaserScan(
         header=header(scan.stamp_ns, frame_id),
-        angle_min=scan.first_bearing,
-        angle_max=scan.first_bearing + scan.bearing_step * (len(scan.ranges) - 1),
-        angle_increment=scan.bearing_step,
-        range_min=scan.range_min_m,
-        range_max=scan.range_max_m,
+        angle_min=_single(scan.first_bearing),
+        angle_max=_single(scan.first_bearing + scan.bearing_step * (len(scan.ranges) - 1)),
+        angle_increment=_single(scan.bearing_step),
+        range_min=_single(scan.range_min_m),
+        range_max=_single(scan.range_max_m),
         ranges=array("f", scan.ranges.astype(np.float32).tobytes()),
     )
 
@@ -49,3 +49,8 @@ def scan_from_msg(msg: LaserScan, sensor_in_base: SE2) -> RangeScan:
     least = number(msg.range_min, "range_min", 0.0, FARTHEST_M)
     farthest = number(msg.range_max, "range_max", least, FARTHEST_M)
     return RangeScan(stamp(msg.header.stamp), sensor_in_base, first, step, least, farthest, ranges)
+
+
+def _single(value: float) -> float:
+    """Return a number in single precision: a message that is never sent would keep more."""
+    return float(np.float32(value))

@@ -3,6 +3,8 @@
 from builtin_interfaces.msg import Time
 
 NS_PER_S = 1_000_000_000
+FOREVER_NS = (2**31 - 1) * NS_PER_S
+"""The stamp of a status that answers every cycle to come: the latest that a message can hold in whole seconds."""
 
 
 def stamp_to_msg(stamp_ns: int) -> Time:

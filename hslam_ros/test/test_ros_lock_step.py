@@ -3,6 +3,7 @@
 import pytest
 
 from hslam_ros.lock_step import LockStep, LockStepError, Patience
+from hslam_ros.stamps import FOREVER_NS
 
 
 def test_a_cycle_is_answered_when_everybody_has_answered_it() -> None:
@@ -84,3 +85,13 @@ def test_a_suspect_added_when_it_is_late_is_named_if_it_is_behind() -> None:
     waiting.answer("gvg", 200)
     with pytest.raises(LockStepError, match=r"no answer from atlas, ekf$"):
         waiting.check(10.1)
+
+
+def test_who_answers_for_ever_is_never_waited_for_again_but_a_stray_stamp_is_no_such_answer() -> None:
+    for stamp_ns, waited in ((FOREVER_NS, ()), (10**15, ("recorder",))):
+        lock = LockStep([], 1.0, 2.0, 3.0, trailing=["recorder"])
+        lock.expect(1, 0.0)
+        lock.answer("recorder", stamp_ns)
+        lock.expect(2, 0.0)
+        lock.expect(3, 0.0)
+        assert lock.missing() == waited

@@ -56,3 +56,9 @@ def test_a_scan_that_cannot_be_is_refused_by_its_field(field: str, value: float)
     setattr(msg, field, value)
     with pytest.raises(MessageError, match=field):
         scan_from_msg(msg, MOUNTING)
+
+
+def test_a_message_is_the_same_before_it_is_sent_and_after() -> None:
+    scan = RangeScan(0, MOUNTING, -math.pi, math.tau / 360, 0.12, 8.1, np.full(360, 1.1))
+    msg = scan_to_msg(scan)
+    assert msg == deserialize_message(serialize_message(msg), LaserScan)
