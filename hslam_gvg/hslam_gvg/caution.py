@@ -49,29 +49,30 @@ class Caution:
     def __init__(self, config: GvgConfig) -> None:
         """Begin without having listened anywhere."""
         self._config = config
-        self._pings = np.zeros((5, PINGS))
+        self._pings = np.zeros((6, PINGS))
+        """Transducer (m, odom), cosine and sine of its axis, how far it listened (m), cosine of its cone's half."""
+        self._pings[4] = -1.0
         self._next = 0
-        self._least_cosine = 1.0
         self.blocked = False
         """Whether the last command was stopped."""
 
     def hear(self, sweep: SonarSweep, poses: tuple[SE2, ...]) -> None:
         """Take a sweep's pings, answered or not; ``poses`` holds base_link in odom at each."""
         ring = sweep.ring
-        self._least_cosine = math.cos(ring.cone_half_angle)
+        least_cosine = math.cos(ring.cone_half_angle)
         for ping, pose in zip(sweep.pings, poses, strict=True):
             axis = pose.theta + ring.bearings[ping.sensor]
             c, s = math.cos(axis), math.sin(axis)
             x, y = pose.x + ring.mount_radius_m * c, pose.y + ring.mount_radius_m * s
-            self._pings[:, self._next] = x, y, c, s, min(ping.range_m, EDGE_M)
+            self._pings[:, self._next] = x, y, c, s, min(ping.range_m, EDGE_M), least_cosine
             self._next = (self._next + 1) % PINGS
 
     def listened(self, x: float, y: float) -> int:
         """Return how many of the last pings would have heard an edge at a place (m, odom), had it answered."""
-        px, py, c, s, reach_m = self._pings
+        px, py, c, s, reach_m, least_cosine = self._pings
         dx, dy = x - px, y - py
         distance = np.sqrt(dx * dx + dy * dy)
-        heard = (dx * c + dy * s >= self._least_cosine * distance) & (distance <= reach_m)
+        heard = (dx * c + dy * s >= least_cosine * distance) & (distance <= reach_m)
         return int(np.count_nonzero(heard))
 
     def limit(self, wanted: Velocity, base_in_odom: SE2, suspects: Array, trail: Trail, witnesses: int) -> Velocity:

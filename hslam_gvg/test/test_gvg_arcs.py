@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hslam_gvg.arc import Arc, Arcs, median_azimuth, relate
+from hslam_gvg.arc import WALL_SLACK, Arc, Arcs, median_azimuth, relate
 from hslam_types.se2 import wrap
 
 CONE = math.radians(15.0)
@@ -36,6 +36,30 @@ def test_a_crossing_outside_a_cone_does_not_count() -> None:
     corner = (1.0, 0.5)
     new, old = arc_to(0.0, 0.0, corner, math.radians(20.0)), arc_to(1.0, -0.6, corner)
     assert not relate(new, one(old), CONE, math.radians(30.0), 0.15).crosses[0]
+
+
+def test_a_crossing_outside_the_older_cone_does_not_count_either() -> None:
+    corner = (1.0, 0.5)
+    for off, crosses in ((math.radians(14.0), True), (math.radians(16.0), False)):
+        new, old = arc_to(0.0, 0.0, corner), arc_to(1.0, -0.6, corner, off)
+        assert relate(new, one(old), CONE, math.radians(30.0), 0.15).crosses[0] == crosses
+
+
+def test_arcs_that_cross_at_a_small_angle_say_nothing() -> None:
+    corner = (1.0, 0.5)
+    new, old = arc_to(0.0, 0.0, corner), arc_to(1.0, -0.6, corner)
+    between = abs(wrap(new.axis - old.axis))
+    for least, crosses in ((between - 0.01, True), (between + 0.01, False)):
+        assert relate(new, one(old), CONE, least, 0.15).crosses[0] == crosses
+
+
+@pytest.mark.parametrize("turned", [0, 1])
+def test_a_wall_whose_normal_either_sonar_cannot_hear_is_none(turned: int) -> None:
+    for off, touches in ((CONE + WALL_SLACK - 0.01, True), (CONE + WALL_SLACK + 0.01, False)):
+        axes = [math.pi / 2.0, math.pi / 2.0]
+        axes[turned] += off
+        new, old = Arc(0.0, 0.0, axes[0], 1.0), Arc(0.5, 0.0, axes[1], 1.0)
+        assert relate(new, one(old), CONE, math.radians(30.0), 0.15).touches[0] == touches
 
 
 @given(st.floats(0.25, 0.7), st.floats(0.5, 1.4), st.floats(-3.0, 3.0))

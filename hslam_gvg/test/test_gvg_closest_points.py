@@ -2,9 +2,10 @@
 
 import math
 
+import numpy as np
 import pytest
 from drawn_walls import CROSSING, HALF, L_CORNER, T_JUNCTION, points_of
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from hslam_gvg.closest_points import ahead, beside, closest_points
@@ -75,3 +76,35 @@ def test_the_drive_turns_the_shorter_way(heading: float, wanted: float) -> None:
     assert command.turn * error >= 0.0
     assert abs(command.turn) <= 1.0
     assert command.forward >= 0.0
+
+
+@pytest.mark.parametrize("heading", [0.0, 2.0])
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_what_stands_in_a_cone_ahead_or_behind_is_on_neither_side(heading: float, side: float) -> None:
+    cone = math.asin(0.25)
+    for off, aside in ((cone + 0.02, True), (cone - 0.02, False), (math.pi - cone + 0.02, False), (2.6, True)):
+        azimuth = heading + side * off
+        point = np.array([[1.0 + math.cos(azimuth), 2.0 + math.sin(azimuth)]])
+        left, right = beside(point, 1.0, 2.0, heading, 3.0)
+        there, other = (left, right) if side > 0.0 else (right, left)
+        assert other is None
+        assert (there is not None) is aside
+        if there is not None:
+            assert there.distance_m == pytest.approx(1.0)
+            assert abs(wrap(there.bearing - azimuth)) < 1e-9
+
+
+def test_beside_is_who_is_nearest_within_reach() -> None:
+    points = np.array([[0.0, 2.0], [0.5, 1.0], [0.0, -3.1]])
+    left, right = beside(points, 0.0, 0.0, 0.0, 3.0)
+    assert left is not None
+    assert left.distance_m == pytest.approx(math.hypot(0.5, 1.0))
+    assert right is None
+
+
+@given(st.floats(-3.1, 3.1), st.floats(-4.0, 4.0), st.floats(-1.0, 1.0))
+def test_ahead_is_a_strip_of_its_width_and_length(heading: float, forward: float, left: float) -> None:
+    here = SE2(1.0, 2.0, heading)
+    assume(abs(abs(left) - 0.3) > 1e-6 and abs(forward) > 1e-6)
+    free_m = ahead(np.array([here.apply(forward, left)]), *here, 0.3, 2.0)
+    assert free_m == pytest.approx(min(forward, 2.0) if abs(left) < 0.3 and forward > 0.0 else 2.0)

@@ -3,11 +3,12 @@
 import math
 
 import numpy as np
+import pytest
 from drawn_walls import DEAD_END, HALF, T_JUNCTION, Wall, ideal_range
 
 from hslam_gvg.arc import Arc
 from hslam_gvg.config import GvgConfig
-from hslam_gvg.obstacle_map import ObstacleMap
+from hslam_gvg.obstacle_map import CAPACITY, SAME_AXIS, SAME_PLACE_M, TOUCH_SLACK_M, TOUCHED, UNRESOLVED_M, ObstacleMap
 from hslam_types.se2 import SE2
 from hslam_types.sensing import SCOUT_RING, SonarPing, SonarSweep
 
@@ -89,3 +90,98 @@ def test_the_body_clears_what_it_stands_in() -> None:
     assert len(memory.points()) == 1
     memory.move(SE2(0.85, 0.0, 0.0))
     assert len(memory.points()) == 0
+
+
+LONELY = Arc(0.19, 0.0, 0.0, 0.7)
+
+
+def test_an_echo_that_is_heard_again_is_remembered_from_then_on() -> None:
+    """The robot turns on the spot, which counts as travel: what it still hears it does not forget."""
+    config = GvgConfig()
+    known: dict[bool, int] = {}
+    for repeated in (True, False):
+        memory = ObstacleMap(config)
+        memory.move(SE2())
+        memory.add(LONELY, CONE)
+        memory.add(LONELY, CONE)
+        turns = round(0.7 * config.memory_m / (3.0 * config.metres_per_radian))
+        for half in (0, 1):
+            for i in range(turns):
+                memory.move(SE2(0.0, 0.0, 3.0 * (i % 2)))
+            if repeated and half == 0:
+                memory.add(LONELY, CONE)
+        assert config.memory_m < memory.travel_m < 2.0 * 0.7 * config.memory_m
+        known[repeated] = len(memory.suspects())
+    assert known == {True: 1, False: 0}
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        pytest.param(LONELY._replace(x=LONELY.x + 1.1 * SAME_PLACE_M), id="from elsewhere"),
+        pytest.param(LONELY._replace(axis=1.1 * SAME_AXIS), id="by another sonar"),
+        pytest.param(LONELY._replace(range_m=LONELY.range_m + 1.1 * SAME_PLACE_M), id="of another range"),
+    ],
+)
+def test_another_echo_is_no_repetition(other: Arc) -> None:
+    memory = ObstacleMap(GvgConfig())
+    memory.move(SE2())
+    for arc in (LONELY, other):
+        memory.add(arc, CONE)
+    assert memory._count == 2
+
+
+def test_an_echo_that_nothing_places_is_believed_from_near_alone() -> None:
+    """Heard twice it is kept clear of from twice as far; a cluster of three is believed from there too."""
+    for range_m, believed in ((UNRESOLVED_M - 0.01, 1), (UNRESOLVED_M + 0.01, 0)):
+        memory = ObstacleMap(GvgConfig())
+        memory.move(SE2())
+        counts = []
+        for _ in range(4):
+            memory.add(LONELY._replace(range_m=range_m), CONE)
+            counts.append((len(memory.points()), len(memory.suspects())))
+        assert counts == [(0, 0), (0, 1), (believed, 1), (1, 1)]
+
+
+def test_what_lies_beyond_the_reach_is_kept_only_if_other_arcs_place_it() -> None:
+    config = GvgConfig()
+    memory = ObstacleMap(config)
+    memory.move(SE2())
+    memory.add(LONELY._replace(range_m=config.reach_m + 1.01), CONE)
+    assert memory._count == 0
+    memory.add(LONELY._replace(range_m=config.reach_m + 0.99), CONE)
+    assert memory._count == 1
+
+
+def test_only_ranges_that_the_ring_can_measure_are_echoes() -> None:
+    memory = ObstacleMap(GvgConfig())
+    memory.move(SE2())
+    for range_m in (SCOUT_RING.range_min_m - 0.01, SCOUT_RING.range_max_m, math.inf, -math.inf, math.nan):
+        memory.hear(SonarSweep(0, SCOUT_RING, (SonarPing(0, 0, range_m),)), (SE2(),))
+    assert memory._count == 0
+    memory.hear(SonarSweep(0, SCOUT_RING, (SonarPing(0, 0, SCOUT_RING.range_min_m),)), (SE2(),))
+    assert memory._count == 1
+
+
+def test_a_touch_is_believed_at_once_and_forgotten_like_an_echo() -> None:
+    config = GvgConfig()
+    memory = ObstacleMap(config)
+    memory.move(SE2())
+    memory.touch(SE2(), 1.0)
+    touched = memory.points()
+    assert len(touched) == len(TOUCHED)
+    assert np.hypot(*touched.T) == pytest.approx(config.body_m + TOUCH_SLACK_M)
+    assert (touched[:, 0] > 0.0).all()
+    memory.move(SE2(-config.memory_m - 0.01, 0.0, 0.0))
+    assert len(memory.points()) == 0
+
+
+def test_a_full_memory_forgets_its_oldest_quarter() -> None:
+    memory = ObstacleMap(GvgConfig())
+    memory.move(SE2())
+    for i in range(CAPACITY):
+        memory.add(Arc(0.01 * i, 10.0 * (i % 7), 0.0, 0.3), CONE)
+    assert memory._count == CAPACITY
+    memory.touch(SE2(), 1.0)
+    assert memory._count == CAPACITY - CAPACITY // 4 + len(TOUCHED)
+    assert memory._x[0] == pytest.approx(0.01 * (CAPACITY // 4))
