@@ -1,5 +1,6 @@
 """Figures 3 and 6 of the paper: the path as odometry saw it, over the floor."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -69,9 +70,9 @@ def laid_on_map(driven: DrivenPath, step: int) -> Array:
 
 
 def length_m(poses: Array) -> float:
-    """Return the length of a path of poses (n x 3)."""
+    """Return the length of a path of poses (n x 3); a stop at its end, however long it was recorded, adds nothing."""
     steps = np.diff(poses[:, :2], axis=0)
-    return float(np.hypot(steps[:, 0], steps[:, 1]).sum())
+    return math.fsum(np.hypot(steps[:, 0], steps[:, 1]))
 
 
 def _mark_nodes(axes: Axes, nodes: Sequence[tuple[float, float]]) -> None:

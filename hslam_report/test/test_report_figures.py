@@ -70,6 +70,13 @@ def test_titles_tell_lengths_gaps_and_the_exaggeration() -> None:
     assert f"ellipses x {exaggeration(edge_map())}" in drawn["5"]
 
 
+def test_a_stop_at_the_end_changes_no_bit_of_a_length() -> None:
+    poses = np.random.default_rng(3).normal(size=(1000, 3))
+    lengths = {length_m(np.vstack([poses, np.repeat(poses[-1:], count, axis=0)])) for count in range(40)}
+    assert len(lengths) == 1
+    assert lengths.pop() == pytest.approx(sum(map(math.dist, poses[1:, :2], poses[:-1, :2])))
+
+
 def test_the_path_by_odometry_is_true_where_it_is_laid_on() -> None:
     path = driven()
     for step in (0, 120):

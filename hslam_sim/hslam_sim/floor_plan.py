@@ -97,7 +97,7 @@ def _corridor(given: Section) -> Corridor:
         raise WorldError(f"{given.at('line')} must have at least {'three' if closed else 'two'} points [x, y]")
     if closed:
         line = np.vstack([line, line[:1]])
-    still = np.flatnonzero((line[1:] == line[:-1]).all(axis=1))
+    still = np.flatnonzero(np.hypot(*np.diff(line, axis=0).T) < GRID_M)
     if len(still):
         raise WorldError(f"{given.at('line')} has the point {line[still[0]].tolist()} twice in a row")
     return Corridor(given.place, width_m, line, closed)

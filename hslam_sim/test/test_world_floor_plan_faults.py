@@ -78,6 +78,7 @@ def test_the_plan_itself_is_a_world(tmp_path: Path) -> None:
             r"corridor 'main': line\[1\]\[0\] must be a number from -10000",
         ),
         (("corridors", 0, "line", 1), [0, 0], r"corridor 'main': line has the point \[0.0, 0.0\] twice in a row"),
+        (("corridors", 0, "line", 1), [0, 1e-38], r"corridor 'main': line has the point \[0.0, 0.0\] twice in a row"),
         (("corridors", 0, "line", 1), [1, 2, 3], r"corridor 'main': line\[1\] must be \[x, y\]"),
         (("corridors", 0, "line"), [], "corridor 'main': line must have at least two points"),
         (("corridors", 1, "line"), [[0, 0], [5, 0]], r"corridors\[1\]: line must have at least three points"),
