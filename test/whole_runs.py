@@ -18,10 +18,11 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 """Started in the background of a shell, these tests ignore Ctrl-C, and so would every command that they start."""
 
 
-def hslam(*arguments: str) -> subprocess.Popen[str]:
+def hslam(*arguments: str, hash_seed: str = "random") -> subprocess.Popen[str]:
     """Start the command, in an environment that has not chosen how many threads it uses."""
     command = [str(executable("hslam_bringup", "hslam")), *arguments]
-    environment = {name: value for name, value in os.environ.items() if name not in ON_ONE_THREAD} | {"COLUMNS": "200"}
+    environment = {name: value for name, value in os.environ.items() if name not in ON_ONE_THREAD}
+    environment |= {"COLUMNS": "200", "PYTHONHASHSEED": hash_seed}
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
 
 
