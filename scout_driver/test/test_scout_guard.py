@@ -1,5 +1,6 @@
 """The guard against its rules, stated anew over the whole history of what it was told."""
 
+import dataclasses
 import math
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -44,6 +45,7 @@ class Said(NamedTuple):
 class History:
     """All that a guard was told, in order, and what follows from its rules by looking back over it."""
 
+    config: DriverConfig
     now_s: float = 0.0
     events: list[Heard | Said] = field(default_factory=list)
 
@@ -55,10 +57,14 @@ class History:
         """Return the command in force: the last one, if it is fresh and younger than the last silence of the base."""
         states = self.states()
         heard_s = [-math.inf, *(heard.when_s for heard in states)]
-        first = [state for state, before_s in zip(states, heard_s, strict=False) if state.when_s - before_s > SILENCE_S]
+        first = [
+            state
+            for state, before_s in zip(states, heard_s, strict=False)
+            if state.when_s - before_s > self.config.line_timeout_s
+        ]
         since = self.events.index(first[-1])
         said = [event for event in self.events[since:] if isinstance(event, Said)]
-        fresh = bool(said) and self.now_s - said[-1].when_s <= CONFIG.command_timeout_s
+        fresh = bool(said) and self.now_s - said[-1].when_s <= self.config.command_timeout_s
         return said[-1].velocity if fresh else STILL
 
     def stopped(self) -> bool:
@@ -77,34 +83,41 @@ class History:
         if not contacts:
             return False, False
         began = max(i for i in contacts if i - 1 not in contacts)
-        stops = self.now_s - states[began].when_s < CONFIG.bumper_stop_s
-        return stops, states[-1].contact or self.now_s - states[contacts[-1]].when_s < CONFIG.bumper_resume_s
+        stops = self.now_s - states[began].when_s < self.config.bumper_stop_s
+        return stops, states[-1].contact or self.now_s - states[contacts[-1]].when_s < self.config.bumper_resume_s
 
     def allowed(self) -> Velocity:
         """Return what may be asked of the base now."""
         states = self.states()
         contact_stops, contact_slows = self.slowed()
-        if not states or self.now_s - states[-1].when_s > SILENCE_S or self.stopped() or contact_stops:
+        if not states or self.now_s - states[-1].when_s > self.config.line_timeout_s or self.stopped() or contact_stops:
             return STILL
         forward, turn = self.command()
-        forward = max(-CONFIG.forward_max_m_s, min(forward, 0.0 if contact_slows else CONFIG.forward_max_m_s))
-        turn_max = CONFIG.bumper_turn_rad_s if contact_slows else CONFIG.turn_max_rad_s
+        forward = max(-self.config.forward_max_m_s, min(forward, 0.0 if contact_slows else self.config.forward_max_m_s))
+        turn_max = self.config.bumper_turn_rad_s if contact_slows else self.config.turn_max_rad_s
         if contact_slows:
-            forward = max(-CONFIG.bumper_reverse_m_s, forward)
+            forward = max(-self.config.bumper_reverse_m_s, forward)
         return Velocity(forward, max(-turn_max, min(turn, turn_max)))
 
 
 TICK_S = 0.125
 """A power of two, so that the ages of both sides are the same to the last bit."""
-COMMANDS = st.sampled_from([STILL, FAST, Velocity(0.3, 0.0), Velocity(-0.3, 0.2), Velocity(0.0, 0.2)])
+COMMANDS = st.sampled_from(
+    [STILL, FAST, Velocity(-5.0, 9.0), Velocity(0.3, 0.0), Velocity(-0.3, 0.2), Velocity(0.0, 0.2)]
+)
+QUICK = dataclasses.replace(CONFIG, bumper_stop_s=0.0, bumper_resume_s=0.0)
+"""A contact is over, for the guard, with its end."""
 STATES = st.tuples(st.sampled_from([False, False, True]), st.sampled_from([0, 0, 0b0001, 0b0100, 0b1010]))
 
 
-@given(st.lists(st.tuples(st.integers(0, 3), st.one_of(COMMANDS, STATES)), max_size=40))
+@given(
+    st.sampled_from([CONFIG, QUICK]), st.lists(st.tuples(st.integers(0, 3), st.one_of(COMMANDS, STATES)), max_size=40)
+)
 def test_whatever_happened_only_what_the_rules_allow_is_asked_of_the_base(
+    config: DriverConfig,
     events: list[tuple[int, Velocity | tuple[bool, int]]],
 ) -> None:
-    guard, history = MotionGuard(CONFIG), History()
+    guard, history = MotionGuard(config), History(config)
     guard.enabled = True
     for ticks, event in events:
         for _ in range(ticks):
@@ -116,7 +129,7 @@ def test_whatever_happened_only_what_the_rules_allow_is_asked_of_the_base(
         else:
             emergency, bumper = event
             guard.answered(state(emergency=emergency, bumper=bumper), history.now_s)
-            history.events.append(Heard(history.now_s, emergency, bumper & CONFIG.bumper_mask != 0))
+            history.events.append(Heard(history.now_s, emergency, bumper & config.bumper_mask != 0))
         assert guard.allowed(history.now_s) == history.allowed()
 
 

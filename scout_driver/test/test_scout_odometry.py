@@ -1,18 +1,15 @@
-"""Counters that overflow, are set anew or lie; clocks that do the same; sonars of unknown age."""
+"""Counters that overflow, are set anew or lie."""
 
 import math
 
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from hslam_types.se2 import SE2, wrap
-from scout_driver.board_clock import BoardClock
 from scout_driver.config import DriverConfig
 from scout_driver.odometry import Odometry
 from scout_driver.protocol.replies import State
-from scout_driver.sonar_schedule import SonarSchedule
 from scout_driver.units import METRES_PER_UNIT, RADIANS_PER_UNIT
 
 CYCLE_S = 0.06
@@ -20,10 +17,10 @@ SPEED = 100
 """0.254 m/s in wire units."""
 
 
-def _state(pose: SE2, right: int = 0, left: int = 0, sonar: tuple[int, ...] = (50,) * 16) -> State:
+def _state(pose: SE2, right: int = 0, left: int = 0) -> State:
     heading = round(pose.theta / RADIANS_PER_UNIT) % 3600
     x, y = round(pose.x / METRES_PER_UNIT), round(pose.y / METRES_PER_UNIT)
-    return State(sonar=sonar, bumper=0, x=x, y=y, heading=heading, right=right, left=left)
+    return State(sonar=(50,) * 16, bumper=0, x=x, y=y, heading=heading, right=right, left=left)
 
 
 def _drive(odometry: Odometry, steps: int, *, offset_m: float = 0.0, start: int = 0) -> None:
@@ -114,73 +111,113 @@ def test_calibration_scales_distance_and_rotation() -> None:
     assert math.atan2(odometry.base_in_odom.y, odometry.base_in_odom.x) == pytest.approx(0.18, abs=0.03)
 
 
-def test_board_time_takes_the_jitter_out_of_the_stamps() -> None:
-    rng, clock = np.random.default_rng(1), BoardClock()
-    errors = []
-    for i in range(400):
-        measured_s = 10.0 + i * CYCLE_S
-        delay_s = 0.0125 + float(rng.exponential(0.01))
-        errors.append(abs(clock.stamp(i * 60, measured_s + delay_s, 0.0125) - measured_s))
-    assert max(errors[50:]) < 0.003
+@pytest.mark.parametrize("turned", [-3.0, -1.0, 0.6, 3.0])
+def test_a_turn_that_the_wheels_cannot_make_is_not_believed(turned: float) -> None:
+    """A damaged heading beside an undamaged position, with a checksum that held."""
+    odometry = Odometry(DriverConfig())
+    _drive(odometry, 10)
+    before = odometry.base_in_odom
+    x = SPEED * METRES_PER_UNIT * CYCLE_S * 10
+    assert odometry.update(_state(SE2(x, 0.0, turned), SPEED, SPEED), 10 * CYCLE_S) is None
+    assert odometry.base_in_odom == before
+    _drive(odometry, 10, start=11)
+    assert (odometry.rejected, odometry.jumps) == (1, 0)
+    assert odometry.base_in_odom == pytest.approx(SE2(SPEED * METRES_PER_UNIT * CYCLE_S * 20, 0.0, 0.0), abs=0.004)
 
 
-def test_one_damaged_board_time_moves_no_later_stamp() -> None:
-    clock = BoardClock()
-    for i in range(100):
-        board_ms = i * 60 ^ (1 << 8 if i == 50 else 1 << 30 if i == 60 else 0)
-        stamp_s = clock.stamp(board_ms, 5.0 + i * CYCLE_S, 0.0)
-        assert i in {50, 60} or stamp_s == pytest.approx(5.0 + i * CYCLE_S, abs=1e-6)
-    assert clock.restarts == 0
+def test_damaged_states_between_good_ones_are_never_taken_for_new_counters() -> None:
+    odometry = Odometry(DriverConfig())
+    for i in range(40):
+        pose = SE2(30.0, 30.0, 0.0) if i % 4 == 3 else SE2()
+        assert (odometry.update(_state(pose), i * CYCLE_S) is None) == (i % 4 == 3)
+    assert (odometry.rejected, odometry.jumps) == (10, 0)
+    assert odometry.base_in_odom == SE2()
 
 
-def test_a_board_switched_off_and_on_is_understood() -> None:
-    clock = BoardClock()
-    for i in range(20):
-        clock.stamp(100_000 + i * 60, i * CYCLE_S, 0.0)
-    stamps = [clock.stamp(i * 60, 10.0 + i * CYCLE_S, 0.0) for i in range(20)]
-    assert clock.restarts == 1
-    assert stamps == pytest.approx([10.0 + i * CYCLE_S for i in range(20)])
+def test_damaged_states_that_disagree_are_never_taken_for_new_counters() -> None:
+    odometry = Odometry(DriverConfig())
+    odometry.update(_state(SE2()), 0.0)
+    for i in range(1, 20):
+        assert odometry.update(_state(SE2(10.0 + 20.0 * (i % 3), 0.0, 0.0)), i * CYCLE_S) is None
+    assert odometry.jumps == 0
 
 
-def test_a_state_without_board_time_is_dated_by_its_arrival() -> None:
-    assert BoardClock().stamp(None, 3.0, 0.0125) == pytest.approx(2.9875)
+def test_two_states_that_agree_are_not_yet_new_counters_and_three_are() -> None:
+    odometry = Odometry(DriverConfig())
+    _drive(odometry, 10)
+    before, driven = odometry.base_in_odom, odometry.odometer_m
+    states = [odometry.update(_state(SE2(-20.0, 5.0, 1.0), SPEED, SPEED), (10 + i) * CYCLE_S) for i in range(3)]
+    assert [velocity is not None for velocity in states] == [False, False, True]
+    assert (odometry.base_in_odom, odometry.odometer_m, odometry.jumps) == (before, driven, 1)
 
 
-@pytest.mark.parametrize("phase_s", [0.0, 0.21, 0.5, 0.93])
-@pytest.mark.parametrize("told", [True, False])
-def test_sonar_firings_are_dated(phase_s: float, *, told: bool) -> None:
-    """A board fires at known moments; the schedule has to find them, told of CONF_SN or not."""
-    config, rng = DriverConfig(), np.random.default_rng(3)
-    order, schedule = config.firing_order(), SonarSchedule(config)
-    registers, fired = [50] * 16, 0
-    if told:
-        schedule.restart(phase_s - 0.06)
-    errors = []
-    for i in range(1000):
-        now_s = i * 0.0637  # not in step with the pings, as no real cycle is
-        while phase_s + fired * 0.06 + 0.01 <= now_s:
-            registers[order[fired % 16]] = int(rng.integers(20, 120))
-            fired += 1
-        for when_s, ping in schedule.pings(_state(SE2(), sonar=tuple(registers)), now_s):
-            nearest = round((when_s - phase_s) / 0.06)
-            # A firing put to the wrong sonar is off by a whole number of pings.
-            rank_error = (nearest - order.index(ping.sensor) + 8) % 16 - 8
-            errors.append(abs(when_s - phase_s - nearest * 0.06) + 0.06 * abs(rank_error))
-    settled = errors if told else errors[len(errors) // 4 :]
-    assert max(settled) < 0.03
-    assert len(errors) == pytest.approx(fired, abs=3 if told else 40)
+def test_a_rebase_on_the_way_goes_by_the_mean_speed_and_the_heading() -> None:
+    """Position is lost in the exchange; speed grows from 60 to 140 units meanwhile, and the base turns."""
+    odometry = Odometry(DriverConfig(rotation_scale=0.9))
+    odometry.update(_state(SE2(70.0, 0.0, 0.0), 60, 60), 0.0)
+    odometry.expect_rebase()
+    assert odometry.update(_state(SE2(0.0, 0.0, 0.3), 140, 140), 0.1) is not None
+    way, half = 100 * METRES_PER_UNIT * 0.1, 0.5 * 0.9 * 0.3
+    expected = SE2(way * math.cos(half), way * math.sin(half), 2.0 * half)
+    assert odometry.base_in_odom == pytest.approx(expected, abs=2e-4)
+    assert odometry.odometer_m == pytest.approx(way)
+    assert odometry.rebases == 1
 
 
-@given(st.floats(0.0, 10.0), st.floats(0.0, 0.96))
-def test_cycles_come_into_step_with_the_echoes(began_s: float, first_s: float) -> None:
-    schedule = SonarSchedule(DriverConfig())
-    schedule.restart(first_s)
-    for _ in range(10):
-        wait_s = schedule.next_cycle_s(began_s, CYCLE_S)
-        assert 0.8 * CYCLE_S - 1e-9 <= wait_s <= 1.2 * CYCLE_S + 1e-9
-        began_s += wait_s
-    assert math.remainder(began_s - schedule.phase_s, 0.06) == pytest.approx(math.remainder(0.04, 0.06), abs=1e-6)
+def test_a_rebase_explains_no_other_place_than_its_own_and_only_once() -> None:
+    odometry = Odometry(DriverConfig())
+    odometry.update(_state(SE2(70.0, 0.0, 0.0)), 0.0)
+    odometry.expect_rebase()
+    assert odometry.update(_state(SE2(40.0, 3.0, 0.0)), CYCLE_S) is None
+    assert odometry.update(_state(SE2()), 2 * CYCLE_S) is not None
+    assert odometry.update(_state(SE2(70.0, 0.0, 0.0)), 3 * CYCLE_S) is None
+    assert odometry.update(_state(SE2()), 4 * CYCLE_S) is not None
+    odometry.update(_state(SE2(0.03, 0.0, 0.0)), 5 * CYCLE_S)
+    assert (odometry.rebases, odometry.rejected) == (1, 2)
 
 
-def test_a_cycle_that_is_no_multiple_of_a_ping_is_left_alone() -> None:
-    assert SonarSchedule(DriverConfig()).next_cycle_s(0.01, 0.05) == 0.05
+def test_zeroing_forgets_a_rebase_under_way() -> None:
+    odometry = Odometry(DriverConfig())
+    odometry.update(_state(SE2(70.0, 0.0, 0.0)), 0.0)
+    odometry.expect_rebase()
+    odometry.zero()
+    assert not odometry.needs_rebase()
+    assert odometry.update(_state(SE2(70.0, 0.0, 0.0)), CYCLE_S) is not None
+    assert odometry.update(_state(SE2()), 2 * CYCLE_S) is None
+
+
+@pytest.mark.parametrize(
+    "place", [SE2(61.0, 0.0, 0.0), SE2(-61.0, 0.0, 0.0), SE2(0.0, 61.0, 0.0), SE2(0.0, -61.0, 0.0)]
+)
+def test_counters_near_either_end_want_a_rebase(place: SE2) -> None:
+    odometry = Odometry(DriverConfig())
+    odometry.update(_state(SE2()), 0.0)
+    assert not odometry.needs_rebase()
+    odometry.zero()
+    odometry.update(_state(place), 0.0)
+    assert odometry.needs_rebase()
+
+
+def test_measured_velocity_knows_wheel_order_and_calibration() -> None:
+    state = _state(SE2(), 150, 50)
+    forward, difference = 100 * METRES_PER_UNIT, 100 * METRES_PER_UNIT
+    base_m = DriverConfig().wheel_base_m
+    plain = Odometry(DriverConfig(distance_scale=1.1, rotation_scale=0.9)).update(state, 0.0)
+    assert plain == pytest.approx((1.1 * forward, 0.9 * difference / base_m))
+    swapped = Odometry(DriverConfig(swap_wheels=True)).update(state, 0.0)
+    assert swapped == pytest.approx((forward, -difference / base_m))
+
+
+def test_a_heading_counted_clockwise_is_turned_round() -> None:
+    odometry = Odometry(DriverConfig(heading_clockwise=True))
+    for i in range(5):
+        odometry.update(_state(SE2(0.0, 0.0, -0.1 * i)), 0.1 * i)
+    assert odometry.base_in_odom.theta == pytest.approx(0.4, abs=0.002)
+
+
+def test_the_odometer_counts_both_ways_in_true_metres() -> None:
+    odometry = Odometry(DriverConfig(distance_scale=1.1))
+    for i, x in enumerate([0.0, 0.1, 0.2, 0.1, 0.0]):
+        odometry.update(_state(SE2(x, 0.0, 0.0)), 0.1 * i)
+    assert odometry.base_in_odom.x == pytest.approx(0.0, abs=1e-9)
+    assert odometry.odometer_m == pytest.approx(1.1 * 0.4, abs=0.005)
