@@ -42,7 +42,6 @@ def look(base: SE2, landmarks: list[tuple[float, float]]) -> LandmarkView:
 
 
 def test_a_landmark_seen_past_is_dropped_and_a_hidden_one_is_kept() -> None:
-
     traversal = Traversal(0, SE2(), SE2(), 0.0, 0.0, EkfConfig())
     removed, far, hidden, beside = (3.0, 0.0), (5.0, 0.05), (0.0, 4.0), (-3.0, -2.0)
     for _ in range(6):
@@ -55,7 +54,6 @@ def test_a_landmark_seen_past_is_dropped_and_a_hidden_one_is_kept() -> None:
 
 
 def test_a_single_false_sighting_does_not_outlive_three_looks() -> None:
-
     traversal = Traversal(0, SE2(), SE2(), 0.0, 0.0, EkfConfig())
     traversal.look(look(SE2(), [(3.0, 0.0), (2.0, 2.0)]))
     for expected in (2, 2, 1):
@@ -73,3 +71,14 @@ def test_standing_still_costs_no_prediction() -> None:
     before = server.traversal.filter.covariance.copy()
     server.step(OdometrySample(steps[-1].odom.stamp_ns + 1, steps[-1].odom.base_in_odom), None, ())
     assert np.array_equal(server.traversal.filter.covariance, before)
+
+
+def test_a_look_counts_for_the_landmarks_it_shows_whatever_is_out_of_range() -> None:
+    """The first landmark is out of range, so those expected are numbered otherwise than all there are."""
+    traversal = Traversal(0, SE2(), SE2(), 0.0, 0.0, EkfConfig())
+    traversal.look(look(SE2(), [(5.9, 0.0), (2.0, 2.0), (2.0, -2.0)]))
+    traversal.advance(SE2(-1.0, 0.0, 0.0))
+    for _ in range(5):
+        traversal.look(look(SE2(-1.0, 0.0, 0.0), [(2.0, 2.0), (2.0, -2.0)]))
+    assert traversal._evidence.sightings.tolist() == [1, 6, 6]
+    assert traversal._evidence.misses.tolist() == [0, 0, 0]

@@ -6,7 +6,9 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from hash_seeds import under_two_hash_seeds
 
+from hslam_ekf.config import EkfConfig
 from hslam_ekf.errors import EkfError
 from hslam_ekf.server import EkfOutput, EkfServer
 from hslam_ekf.synthetic_drive import DriveErrors, DriveStep, corridor_landmarks, drive
@@ -90,14 +92,17 @@ def test_the_link_and_the_pose_follow_the_truth() -> None:
     assert not last.covariance.any()
 
 
-def test_same_input_same_bits() -> None:
+def bits_of_a_drive() -> str:
+    """Return a drive's map and link, to the last bit."""
     steps, _ = one_drive(seed=1)
-    (first,), (first_link,) = products(run(steps))
-    (second,), (second_link,) = products(run(steps))
-    assert np.array_equal(first.landmarks, second.landmarks)
-    assert np.array_equal(first.covariance, second.covariance)
-    assert first_link.departure_in_edge == second_link.departure_in_edge
-    assert first.sightings == second.sightings
+    (edge_map,), (link,) = products(run(steps))
+    arrays = (edge_map.landmarks, edge_map.covariance, link.covariance)
+    return repr((edge_map.sightings, link.departure_in_edge, *(array.tobytes() for array in arrays)))
+
+
+def test_same_input_same_bits() -> None:
+    first, second = under_two_hash_seeds(bits_of_a_drive)
+    assert first == second
 
 
 def test_before_any_event_nothing_is_known() -> None:
@@ -136,6 +141,25 @@ def test_the_rotation_bias_is_found_and_carried_over() -> None:
     assert 0.0 < server.traversal.filter.covariance[3, 3] < math.radians(0.3) ** 2
 
 
+@pytest.mark.parametrize(
+    ("known_deg", "prior_deg", "carried_deg"),
+    [(0.2, 1.2, 0.2), (0.01, 1.2, 0.05), (0.0, 1.2, 0.05), (0.01, 0.03, 0.03), (0.0, 0.0, 0.0)],
+)
+def test_the_bias_is_never_trusted_beyond_its_floor_or_its_prior(
+    known_deg: float, prior_deg: float, carried_deg: float
+) -> None:
+    """Standard deviations in degrees a metre; a prior of 0 keeps the bias switched off."""
+    steps, _ = one_drive()
+    server = EkfServer(EkfConfig(turn_bias_per_metre=math.radians(prior_deg)))
+    run(steps[:-1], server)
+    assert server.traversal is not None
+    server.traversal.filter.covariance[3, :] = server.traversal.filter.covariance[:, 3] = 0.0
+    server.traversal.filter.covariance[3, 3] = math.radians(known_deg) ** 2
+    run(steps[-1:], server)
+    assert server.traversal.sequence == 2
+    assert server.traversal.filter.covariance[3, 3] == pytest.approx(math.radians(carried_deg) ** 2)
+
+
 def test_an_empty_look_is_no_error() -> None:
     steps, _ = one_drive()
     blind = [
@@ -172,13 +196,32 @@ def test_a_look_between_two_cycles_is_taken_on_the_way() -> None:
     assert gaps.min(axis=1).max() < 0.02
 
 
-def test_a_look_older_than_the_last_cycle_is_left_out() -> None:
+@pytest.mark.parametrize("stamped_like", [16, 19])
+def test_a_look_not_younger_than_the_last_cycle_is_left_out(stamped_like: int) -> None:
+    """Step 19 is the last one taken: a look at its stamp has been used, or came too late for it."""
     steps, _ = one_drive()
     server, other = EkfServer(), EkfServer()
     run(steps[:20], server)
     run(steps[:20], other)
-    late = server.step(steps[20].odom, replace(steps[16].view, stamp_ns=steps[16].odom.stamp_ns), ())  # type: ignore[type-var]
-    assert late.base_in_edge == other.step(steps[20].odom, None, ()).base_in_edge
+    assert steps[16].view is not None
+    again = replace(steps[16].view, stamp_ns=steps[stamped_like].odom.stamp_ns)
+    late, none = server.step(steps[20].odom, again, ()), other.step(steps[20].odom, None, ())
+    assert late.base_in_edge == none.base_in_edge
+    assert np.array_equal(late.covariance, none.covariance)  # type: ignore[arg-type]
+
+
+def test_a_look_at_a_departure_serves_the_traversal_that_ends_there_and_no_other() -> None:
+    errors = next(e for e in (DriveErrors(look_every=n) for n in range(2, 9)) if one_drive(errors=e)[0][-1].view)
+    steps, _ = one_drive(errors=errors)
+    links, servers = [], []
+    for last in (steps[-1], replace(steps[-1], view=None)):
+        servers.append(EkfServer())
+        links += products(run([*steps[:-1], last], servers[-1]))[1]
+        traversal = servers[-1].traversal
+        assert traversal is not None
+        assert (traversal.sequence, len(traversal.filter.landmarks)) == (2, 0)
+    assert links[0].departure_in_edge != links[1].departure_in_edge
+    assert np.trace(links[0].covariance) < np.trace(links[1].covariance)
 
 
 @pytest.mark.parametrize("change", [{"node": None}, {"branch": 7}, {"branch": -1}])
