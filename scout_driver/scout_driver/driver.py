@@ -16,7 +16,7 @@ from scout_driver.clock import Clock, Dating
 from scout_driver.config import DriverConfig
 from scout_driver.errors import LineLostError, ProtocolError
 from scout_driver.line import Answer, Line, LineCounts
-from scout_driver.motion_guard import STILL, Hold, MotionGuard
+from scout_driver.motion_guard import Hold, MotionGuard
 from scout_driver.odometry import Odometry
 from scout_driver.protocol.commands import Command, CommandKind, sonar_command, wheel_command
 from scout_driver.protocol.replies import State
@@ -168,7 +168,6 @@ class ScoutDriver:
         config = self._config
         units = speed_units(config.wheel_acceleration_m_s2)
         self._standing = False
-        self._ramp.halt()
         self.guard.forget_command()
         self._setup = deque(
             (
@@ -183,17 +182,13 @@ class ScoutDriver:
         elapsed_s = min(max(0.0, now_s - self._cycle_s), 2.0 * self._config.cycle_s)
         self._cycle_s = now_s
         target = self.guard.allowed(now_s)
-        if self._setup:
+        if self._setup or self.guard.hold(now_s) is not None:
             self._ramp.halt()
+        if self._setup:
             return self._setup[0]
         if self.guard.limp:
-            self._ramp.halt()
             return Command(CommandKind.STATE if self._standing else CommandKind.LIMP)
-        if target == STILL and self.guard.hold(now_s) is not None:
-            self._ramp.halt()
-            right = left = 0
-        else:
-            right, left = self._wheel_units(self._ramp.toward(target, elapsed_s))
+        right, left = self._wheel_units(self._ramp.toward(target, elapsed_s))
         if right == left == 0 and not self._standing:
             return Command(CommandKind.STOP)
         if self.odometry.needs_rebase() and not self._rebased_last:

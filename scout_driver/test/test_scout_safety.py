@@ -1,16 +1,21 @@
 """What must never move a base: a stop that was released, a line that came back, a driver that was away."""
 
 import math
+from collections.abc import Callable
 
 import pytest
 from scout_bench import FORWARD, Bench
 
+from hslam_types.se2 import SE2
 from hslam_types.sensing import Velocity
 from scout_driver.config import DriverConfig
 from scout_driver.emulator.loopback import wait_until
 from scout_driver.motion_guard import Hold
-from scout_driver.protocol.commands import CommandKind
+from scout_driver.protocol.commands import CommandKind, wheel_command
 from scout_driver.units import METRES_PER_UNIT
+
+FASTEST_START_M_S = 2.0 * DriverConfig().cycle_s * DriverConfig().acceleration_m_s2 + METRES_PER_UNIT
+"""The first velocity asked of a base that stands: two cycles' worth of acceleration, rounded to a unit."""
 
 
 def stopped_by_the_button(bench: Bench) -> None:
@@ -124,10 +129,8 @@ def test_a_command_is_not_kept_over_a_lost_line(outage_s: float) -> None:
 
 def test_a_command_is_not_kept_over_a_base_switched_off_and_on() -> None:
     bench = Bench(config=DriverConfig(command_timeout_s=1.0))
-    bench.run(8.0, FORWARD)
-    bench.floor.encoder_pose = bench.floor.encoder_pose.inverse()  # the counters begin elsewhere, the line says nothing
-    while bench.driver.odometry.jumps == 0:
-        bench.run(0.06, FORWARD)
+    bench.run(2.0, FORWARD)
+    hold_by_new_counters(bench)
     bench.line.commands.clear()
     bench.run(0.9, None)
     kinds = [command.kind for _, command in bench.line.commands]
@@ -143,5 +146,67 @@ def test_a_driver_that_was_away_speeds_up_no_faster_for_it() -> None:
     bench.driver.command(Velocity(0.6, 0.0))
     bench.driver.cycle()
     (wheels,) = bench.wheel_commands
-    limit_m_s = bench.config.acceleration_m_s2 * 2.0 * bench.config.cycle_s
-    assert 0 < max(wheels) * METRES_PER_UNIT <= limit_m_s + METRES_PER_UNIT
+    assert 0 < max(wheels) * METRES_PER_UNIT <= FASTEST_START_M_S
+
+
+def hold_by_silence(bench: Bench) -> None:
+    bench.run(1.5, None)
+
+
+def hold_by_limping(bench: Bench) -> None:
+    bench.driver.set_limp(limp=True)
+    bench.run(1.5, FORWARD)
+    bench.driver.set_limp(limp=False)
+
+
+def hold_by_deactivating(bench: Bench) -> None:
+    bench.driver.disable()
+    bench.driver.enable()
+
+
+def hold_by_setting_up(bench: Bench) -> None:
+    bench.silence(deaf=True)
+    bench.run(2.5, FORWARD)
+    bench.silence(deaf=False)
+
+
+def hold_by_new_counters(bench: Bench) -> None:
+    bench.floor.encoder_pose = SE2(-20.0, 5.0, 1.0)
+    while bench.driver.odometry.jumps == 0:
+        bench.run(0.06, FORWARD)
+
+
+@pytest.mark.parametrize(
+    "hold", [hold_by_silence, hold_by_limping, hold_by_deactivating, hold_by_setting_up, hold_by_new_counters]
+)
+def test_after_a_hold_the_base_speeds_up_from_rest(hold: Callable[[Bench], None]) -> None:
+    bench = Bench()
+    bench.run(2.0, FORWARD)
+    hold(bench)
+    bench.line.commands.clear()
+    while not bench.wheel_commands:
+        bench.run(0.06, FORWARD)
+    assert 0 < max(bench.wheel_commands[0]) * METRES_PER_UNIT <= FASTEST_START_M_S
+
+
+@pytest.mark.parametrize("rogue", [(100, 100), (0, 100), (-100, 0)])
+def test_a_base_that_moves_unasked_is_stopped(rogue: tuple[int, int]) -> None:
+    """A velocity that a damaged frame made, or another program on the line."""
+    bench = Bench()
+    bench.run(1.0, None)
+    bench.base.handle(wheel_command(CommandKind.VELOCITY, *rogue))
+    bench.run(0.6, None)
+    assert bench.speed == 0.0
+    assert not bench.base.aborts  # by the driver, not by the watchdog
+
+
+def test_a_base_told_to_move_is_told_to_stop_though_it_has_not_begun_to_move() -> None:
+    """The answer to a velocity shows the wheels as they were before it."""
+    bench = Bench()
+    bench.run(1.0, None)
+    bench.line.commands.clear()
+    bench.driver.command(FORWARD)
+    bench.driver.cycle()
+    bench.driver.command(Velocity())
+    bench.driver.cycle()
+    assert [command.kind for _, command in bench.line.commands] == [CommandKind.VELOCITY, CommandKind.STOP]
