@@ -220,7 +220,7 @@ class ScoutDriver:
         self.guard.answered(state, now_s)
         self._note_standing(command, state)
         pings: list[tuple[float, SonarPing]] = []
-        if self._setup and command == self._setup[0]:
+        if self._setup:  # then it was its first command that has been answered
             self._setup.popleft()
             if command.kind == CommandKind.CONFIGURE_SONAR:
                 self.sonar.restart(stamp_s)

@@ -10,7 +10,7 @@ from scout_driver.scout_messages import diagnostics_to_msg
 
 def told(bench: Bench, readings: list[Reading]) -> tuple[bytes, str]:
     """Return level and message of the base's status."""
-    _, base = diagnostics_to_msg(0, bench.driver, readings[-1].state).status
+    _, base, _ = diagnostics_to_msg(0, bench.driver, readings[-1].state, 0).status
     return base.level, base.message
 
 

@@ -170,9 +170,9 @@ def test_a_rebase_explains_no_other_place_than_its_own_and_only_once() -> None:
     odometry.expect_rebase()
     assert odometry.update(_state(SE2(40.0, 3.0, 0.0)), CYCLE_S) is None
     assert odometry.update(_state(SE2()), 2 * CYCLE_S) is not None
-    assert odometry.update(_state(SE2(70.0, 0.0, 0.0)), 3 * CYCLE_S) is None
-    assert odometry.update(_state(SE2()), 4 * CYCLE_S) is not None
-    odometry.update(_state(SE2(0.03, 0.0, 0.0)), 5 * CYCLE_S)
+    for i in range(1, 11):
+        assert odometry.update(_state(SE2(0.07 * i, 0.0, 0.0)), (2 + i) * CYCLE_S) is not None
+    assert odometry.update(_state(SE2()), 13 * CYCLE_S) is None
     assert (odometry.rebases, odometry.rejected) == (1, 2)
 
 
