@@ -37,9 +37,7 @@ tests: setup
 	.venv/bin/hslam-env python -m pytest $(PYTEST_ARGS)
 
 oldest: setup
-	@cmp -s requirements/ubuntu-24.04.lock .oldest/installed.lock || { rm -rf .oldest && \
-	.venv/bin/python -m pip install --quiet --no-input --disable-pip-version-check --no-deps --require-hashes \
-	    --target .oldest -r requirements/ubuntu-24.04.lock && cp requirements/ubuntu-24.04.lock .oldest/installed.lock; }
+	@.venv/bin/python -B setup/oldest.py
 	.venv/bin/hslam-env sh -c 'PYTHONPATH="$$PWD/.oldest:$$PYTHONPATH" exec python -m pytest $(PYTEST_ARGS) $(OLDEST)'
 
 shell: setup

@@ -5,8 +5,8 @@ Run by `make setup`. It does only what is not yet done or no longer current, and
 
 import fcntl
 import os
+import re
 import shutil
-import signal
 import subprocess
 import sys
 import time
@@ -14,6 +14,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import pip_install
+from commands import Commands, CutShortError, Stand, say
 from launchers import clean_environment, sourced, write_launchers
 from machine import SetUpError, check, ros_root
 from stamps import built_stamp, installed_stamp, read, write
@@ -23,17 +25,8 @@ VENV = ROOT / ".venv"
 INSTALLED = VENV / "hslam-installed.stamp"
 BUILT = ROOT / "install" / "hslam-built.stamp"
 STARTED = ROOT / "build" / "hslam-started.stamp"
+LOG = ROOT / "log" / "set-up.log"
 FROM_PIP = ROOT / "setup" / "from_pip" / "tf2_msgs"
-
-
-class CutShortError(SetUpError):
-    """A command of the set-up was ended by a signal: what it was writing may be half written."""
-
-
-def say(text: str) -> None:
-    """Tell the person at the terminal what goes on."""
-    sys.stdout.write(f"set-up: {text}\n")
-    sys.stdout.flush()
 
 
 @contextmanager
@@ -48,34 +41,13 @@ def alone() -> Iterator[None]:
         yield
 
 
-def run(command: list[str], environment: dict[str, str], what: str, log: Path | None = None) -> None:
-    """Run a command of the set-up, its output to `log` if given; raises SetUpError with the log's place if it fails."""
-    if log is None:
-        status = subprocess.run(command, env=environment, cwd=ROOT, check=False).returncode
-    else:
-        log.parent.mkdir(exist_ok=True)
-        with log.open("w") as out:
-            status = subprocess.run(
-                command, env=environment, cwd=ROOT, check=False, stdout=out, stderr=subprocess.STDOUT
-            ).returncode
-        if status:
-            sys.stderr.write("".join(log.read_text(errors="replace").splitlines(keepends=True)[-40:]))
-    where = f"; the whole output is in {log}" if log else ""
-    if status < 0:
-        message = f"{what} was ended by {signal.Signals(-status).name}{where}"
-        raise CutShortError(message)
-    if status:
-        message = f"{what} failed{where}"
-        raise SetUpError(message)
-
-
 def forget_build() -> None:
     """Remove what colcon built: it is half written, or full of paths into a virtual environment that is gone."""
     for folder in (ROOT / "build", ROOT / "install"):
         shutil.rmtree(folder, ignore_errors=True)
 
 
-def install(ros: Path | None, lock: Path) -> None:
+def install(commands: Commands, ros: Path | None, lock: Path) -> None:
     """Make the virtual environment hold exactly what the lock file names."""
     stamp = installed_stamp(ROOT, ros, lock)
     if read(INSTALLED) == stamp:
@@ -86,19 +58,19 @@ def install(ros: Path | None, lock: Path) -> None:
         # What an interrupted or older installation left cannot be told from what belongs here.
         say("making the virtual environment anew: the one here is unfinished or of another lock file")
         shutil.rmtree(VENV)
-    run([sys.executable, "-m", "venv", str(VENV)], clean_environment(VENV, ros), "making .venv")
-    say(f"installing {lock.relative_to(ROOT)} into .venv; this takes a minute or two")
-    pip = [str(VENV / "bin" / "python"), "-m", "pip", "install", "--quiet", "--no-input", "--no-compile"]
-    pip += ["--disable-pip-version-check", "--no-build-isolation", "--use-pep517", "--no-deps", "--require-hashes"]
+    environment = clean_environment(VENV, ros)
+    python = VENV / "bin" / "python"
+    commands.run([sys.executable, "-m", "venv", str(VENV)], environment, "making .venv")
     for locked in (lock.with_name("setuptools.lock"), lock):
-        run([*pip, "-r", str(locked)], clean_environment(VENV, ros), f"installing {locked.name}")
-    # pip compiles on one core; this uses all.
-    compiling = [str(VENV / "bin" / "python"), "-m", "compileall", "-q", "-j", "0", str(VENV / "lib")]
-    subprocess.run(compiling, env=clean_environment(VENV, ros), check=False, stdout=subprocess.DEVNULL)
+        pip_install.install(commands, python, locked, environment)
+    pip_install.check(python, lock, environment)
+    say("compiling what was installed")  # pip would on one core; this uses all
+    compiling = [str(python), "-m", "compileall", "-q", "-j", "0", str(VENV / "lib")]
+    subprocess.run(compiling, env=environment, check=False, stdout=subprocess.DEVNULL)
     write(INSTALLED, stamp)
 
 
-def build(ros: Path | None, lock: Path) -> None:
+def build(commands: Commands, ros: Path | None, lock: Path) -> None:
     """Build the workspace and write the launchers."""
     packages = [path.parent for path in ROOT.glob("*/package.xml")] + ([] if ros else [FROM_PIP])
     stamp = built_stamp(ROOT, ros, packages, lock)
@@ -111,7 +83,6 @@ def build(ros: Path | None, lock: Path) -> None:
         forget_build()
     BUILT.unlink(missing_ok=True)
     write(STARTED, stamp)
-    say("building the workspace; the first time this takes two or three minutes")
     environment = clean_environment(VENV, ros)
     if ros:
         environment = sourced(f". '{ros}/setup.sh'", environment)
@@ -121,7 +92,12 @@ def build(ros: Path | None, lock: Path) -> None:
     colcon = [str(VENV / "bin" / "python"), "-m", "colcon", "build", "--symlink-install", "--base-paths", str(ROOT)]
     colcon += [] if ros else [str(FROM_PIP)]
     try:
-        run([*colcon, "--cmake-args", *options], environment, "building the workspace", ROOT / "log" / "set-up.log")
+        commands.run(
+            [*colcon, "--cmake-args", *options],
+            environment,
+            "building the workspace",
+            lambda printed: built(printed, len(packages)),
+        )
     except CutShortError:
         raise
     except SetUpError:
@@ -131,15 +107,23 @@ def build(ros: Path | None, lock: Path) -> None:
     write(BUILT, stamp)
 
 
+def built(printed: str, total: int) -> Stand:
+    """Tell from what colcon has printed how far it is."""
+    begun, ended = (re.findall(rf"^{word} (\w+)", printed, re.MULTILINE) for word in ("Starting >>>", "Finished <<<"))
+    now = ", ".join(name for name in begun if name not in ended)
+    return Stand(len(ended) / total, f"{len(ended)} of {total} packages" + (f", now {now}" if now else ""))
+
+
 def main() -> int:
     """Set up what is not current; returns the exit status."""
     started = time.monotonic()
     ros = ros_root()
     lock = ROOT / "requirements" / ("ros-from-apt.lock" if ros else "ros-from-pip.lock")
+    commands = Commands(LOG, ROOT)
     try:
         with alone():
-            install(ros, lock)
-            build(ros, lock)
+            install(commands, ros, lock)
+            build(commands, ros, lock)
     except SetUpError as error:
         sys.stderr.write(f"set-up: {error}\n")
         return 1

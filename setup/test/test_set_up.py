@@ -10,6 +10,7 @@ import machine
 import pytest
 import set_up
 import stamps
+from commands import Commands
 
 SETUP = Path(machine.__file__).parent
 
@@ -90,19 +91,20 @@ def test_another_python_or_ros_builds_from_the_start(tmp_path: Path, monkeypatch
         path.parent.mkdir()
         path.write_text("/of/the/python/before\n")
 
-    def no_network(*_: object) -> None:
-        raise machine.SetUpError("no network")
+    class NoNetwork(Commands):
+        def run(self, *_: object, **__: object) -> None:
+            raise machine.SetUpError("no network")
 
+    commands = NoNetwork(tmp_path / "log", tmp_path)
     monkeypatch.setattr(set_up, "ROOT", tmp_path)
     monkeypatch.setattr(set_up, "VENV", tmp_path / ".venv")
     monkeypatch.setattr(set_up, "INSTALLED", tmp_path / ".venv" / "installed.stamp")
     monkeypatch.setattr(set_up, "check", lambda _: None)
-    monkeypatch.setattr(set_up, "run", no_network)
     stamps.write(set_up.INSTALLED, stamps.installed_stamp(tmp_path, None, lock))
-    set_up.install(None, lock)
+    set_up.install(commands, None, lock)
     assert all(path.exists() for path in left), "what is current stays"
     with pytest.raises(machine.SetUpError):
-        set_up.install(tmp_path / "another_ros", lock)
+        set_up.install(commands, tmp_path / "another_ros", lock)
     assert not any(path.exists() for path in left)
 
 
