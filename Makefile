@@ -3,15 +3,16 @@
 # make test    set up, then check style, types and run all tests
 # make oldest  set up, then test with the libraries' versions of Ubuntu 24.04, which a ROS from apt goes with
 # make shell   set up, then a shell in the environment of the workspace
-# make lock    write the lock files anew from requirements/*.in; needs the uv command
+# make lock    write the lock files anew from requirements/*.in, by a locked uv
 # make clean   remove what set-up made
-# Variables: PYTHON (which Python to set up with), OUT and SEED of the demo, PYTEST_ARGS.
+# Variables: PYTHON (which Python to set up with), OUT and SEED of the demo, PYTEST_ARGS, LOCK_ARGS (e.g. --upgrade).
 .PHONY: setup demo test oldest style types tests shell lock clean help
 .DEFAULT_GOAL := help
 PYTHON ?=
 SEED ?= 1
 OUT ?= runs/demo
 PYTEST_ARGS ?=
+LOCK_ARGS ?=
 # What computes, stores or draws with those libraries.
 OLDEST = bags hslam_atlas hslam_bringup hslam_ekf hslam_gvg hslam_report hslam_sim test/test_run_same_atlas.py
 
@@ -44,7 +45,7 @@ shell: setup
 	@.venv/bin/hslam-env $${SHELL:-/bin/sh}
 
 lock:
-	requirements/lock.sh
+	@python=$$(setup/find_python.sh "$(PYTHON)") && "$$python" -B setup/write_locks.py $(LOCK_ARGS)
 
 clean:
-	rm -rf .venv .oldest build install log
+	rm -rf .venv .oldest .lock-tool build install log

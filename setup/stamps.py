@@ -22,14 +22,19 @@ def machine_part(root: Path, ros: Path | None) -> bytes:
     return repr((str(root), sys.version_info[:3], str(ros))).encode()
 
 
+def locked(lock: Path) -> bytes:
+    """Return what a lock file names; its comments change nothing that is installed."""
+    return b"".join(line for line in lock.read_bytes().splitlines(keepends=True) if not line.startswith(b"#"))
+
+
 def installed_stamp(root: Path, ros: Path | None, lock: Path) -> str:
     """Return the stamp of a virtual environment made from `lock`."""
-    return digest([machine_part(root, ros), lock.read_bytes()])
+    return digest([machine_part(root, ros), locked(lock)])
 
 
 def built_stamp(root: Path, ros: Path | None, packages: Iterable[Path], lock: Path) -> str:
     """Return the stamp of a workspace: the manifests' contents, and the names of data files, which are linked."""
-    parts = [machine_part(root, ros), lock.read_bytes()]
+    parts = [machine_part(root, ros), locked(lock)]
     for package in sorted(packages):
         for pattern in BUILD_FILES:
             for path in sorted(package.glob(pattern)):
