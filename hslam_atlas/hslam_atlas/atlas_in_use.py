@@ -28,7 +28,10 @@ class AtlasInUse:
         except StoreError:
             store.close()
             raise
-        server.exploring = self.server.exploring
+        if self.server.exploring:
+            server.explore()
+        else:
+            server.stop()
         self.server.store.close()
         self.server = server
 

@@ -6,14 +6,16 @@ from pathlib import Path
 
 from hslam_atlas.config import AtlasConfig
 from hslam_atlas.errors import StoreError
-from hslam_atlas.explore import next_branch, unexplored
+from hslam_atlas.explore import unexplored
 from hslam_atlas.look_alikes import LookAlikes
 from hslam_atlas.mapper import Mapper
+from hslam_atlas.missions.explore import Explore
+from hslam_atlas.missions.mission import Decision, Happened, Mission
 from hslam_atlas.questions import Questions
 from hslam_atlas.state import AtlasState
 from hslam_atlas.store import AtlasStore
 from hslam_types.edge_map import EdgeMap, FrameLink
-from hslam_types.gvg_events import EventKind, GoalKind, GvgEvent, GvgGoal
+from hslam_types.gvg_events import EventKind, GvgEvent, GvgGoal
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,13 +25,13 @@ class AtlasOutput:
     goal: GvgGoal | None = None
     """What the GVG level shall do next, if anything new."""
     finished: bool = False
-    """Whether the mission to explore has ended: what is still unexplored, if anything, is out of reach."""
+    """Whether the mission has ended; exploring: what is still unexplored, if anything, is out of reach."""
     changed: bool = False
     """Whether graph or maps are not what they were."""
 
 
 class AtlasServer:
-    """Builds the atlas from events and, on the mission "explore", decides what to drive."""
+    """Builds the atlas from events; a mission, where there is one, decides what to drive."""
 
     def __init__(self, config: AtlasConfig | None = None, store: AtlasStore | None = None) -> None:
         """Take up the atlas in the store, or an empty one in memory; where the robot is has to show."""
@@ -42,29 +44,33 @@ class AtlasServer:
         self.questions = Questions(self.state.look_alikes)
         self.questions.open = doubts
         self.mapper = Mapper(self.state, self.questions)
-        self.exploring = config.mission == "explore"
+        self.mission: Mission | None = None
+        if config.mission == "explore":
+            self.explore()
         self.unexplored = unexplored(graph)
         """How many branches are left to explore, counted when the atlas changes: that takes a look at every node."""
         self.unsaved: str | None = None
         """Why the newest of the atlas is not in its file yet, None where it is."""
-        self._finished = False
-        self._waiting = True
-        """Whether the GVG level has nothing to do: at the start and after each arrival."""
+
+    @property
+    def exploring(self) -> bool:
+        """Whether the mission is to explore."""
+        return isinstance(self.mission, Explore)
 
     def explore(self) -> None:
         """Take up the mission to explore, from the next step on; no news where that is the mission already."""
         if not self.exploring:
-            self.exploring = True
-            self._waiting = self.mapper.underway is None
+            self.mission = Explore(self.state, self.questions, self.mapper)
 
     def stop(self) -> None:
         """Give up the mission; the traversal under way is driven to its end."""
-        self.exploring = False
+        self.mission = None
 
     def refused(self) -> None:
         """Be told that the GVG level did not take the goal: the robot is not where it was thought to be."""
         self.mapper.here = None
-        self._waiting = True
+        if self.mission is not None:
+            self.mission.refused()
 
     def step(
         self, events: tuple[GvgEvent, ...], edge_maps: tuple[EdgeMap, ...], links: tuple[FrameLink, ...]
@@ -73,15 +79,12 @@ class AtlasServer:
         changed = False
         for event in events:
             changed |= self._enter(event, edge_maps, links)
-        goal: GvgGoal | None = None
-        if self._waiting and self.exploring:
-            goal = self._decide()
-            self._finished = goal.kind is GoalKind.STOP
-            self._waiting = False
+        happened = Happened(events, edge_maps, links)
+        decision = Decision() if self.mission is None else self.mission.step(happened)
         if changed:
             self.unexplored = unexplored(self.state.graph)
             self.try_to_save()
-        return AtlasOutput(goal, self._finished, changed)
+        return AtlasOutput(decision.goal, decision.finished, changed)
 
     def save(self) -> None:
         """Write what is not in the file yet; raises StoreError, and the next save will write it."""
@@ -125,25 +128,12 @@ class AtlasServer:
         if broken_off:
             self.mapper.lose()
         if event.kind is EventKind.DEPARTURE:
-            self._waiting = False
             self.mapper.depart(event, next((link for link in links if link.departure == event.sequence), None))
             return broken_off
-        self._finished = False
         if event.kind is EventKind.ARRIVAL:
             self.mapper.arrive(event, next((m for m in edge_maps if m.arrival == event.sequence), None))
         elif event.kind is EventKind.LOST:
             self.mapper.lose()
         else:
             return broken_off
-        self._waiting = True
         return True
-
-    def _decide(self) -> GvgGoal:
-        """Choose the branch to trace from the node the robot is at, or stop when nothing left can be reached."""
-        here = self.mapper.here
-        if here is None:
-            return GvgGoal(GoalKind.ACCESS)
-        key = next_branch(self.state, self.questions, here)
-        if key is None:
-            return GvgGoal(GoalKind.STOP)
-        return GvgGoal(GoalKind.TRACE, branch=here.keys.index(key))
