@@ -24,6 +24,9 @@ class ReplayConfiguration(Configuration):
     cycle_topic: str = parameter("/odom", "lock-step: the topic whose stamps are the cycles")
     rate: float = parameter(1.0, "bag time by wall time", low=0.001, high=1000.0)
     start_s: float = parameter(0.0, "where to begin, from the first message", low=0.0, unit="s")
+    max_gap_s: float = parameter(
+        60.0, "at a rate: a longer time without a message is passed over, and told", low=0.1, unit="s"
+    )
     paused: bool = parameter(False, "begin at rest, to be woken by ~/resume or ~/step")
     delay_s: float = parameter(1.0, "at a rate: wall time for subscribers to be found", low=0.0, high=60.0, unit="s")
     start_within_s: float = parameter(

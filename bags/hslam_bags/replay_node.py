@@ -131,6 +131,10 @@ class ReplayNode(Node):
         bag_ns = self._pace.bag_ns(now_ns)
         while self._next is not None and self._next.time_ns <= bag_ns:
             self._publish_next()
+        if self._next is not None and self._next.time_ns - bag_ns > self._config.max_gap_s * NS_PER_S:
+            gap_s = (self._next.time_ns - bag_ns) / NS_PER_S
+            self.get_logger().warning(f"passing over {gap_s:.0f} s without a message (parameter max_gap_s)")
+            self._pace.jump(self._next.time_ns, now_ns)
         if now_ns >= self._next_clock_ns:
             # After what was due before it: the clock never goes back.
             self._next_clock_ns = now_ns + _CLOCK_EVERY_NS

@@ -213,6 +213,17 @@ def test_replays_at_a_rate_with_pause_and_step(staged: Staged, bag: Path) -> Non
     assert ekf.clock == sorted(ekf.clock)
 
 
+def test_a_gap_of_years_is_passed_over(staged: Staged, bag: Path) -> None:
+    since_1970_ns = 1_700_000_000 * 10**9
+    with Recorder(bag) as recorder:
+        for time_ns in (0, since_1970_ns, since_1970_ns + 10**8):
+            recorder.write("/note", STRING, serialize_message(String(data=str(time_ns))), time_ns)
+    stage = staged(Stage, path=bag, delay_s=0.0, max_gap_s=5.0)
+    replay: ReplayNode = stage.add(ReplayNode())
+    stage.spin_until(lambda: replay.finished)
+    assert replay.published == 3
+
+
 def test_refuses_what_cannot_be_replayed(staged: Staged, bag: Path) -> None:
     with Recorder(bag) as recorder:
         recorder.write("/chatter", STRING, b"\0\1\0\0\xff\xff\xff\x7fno string is that long", 1)

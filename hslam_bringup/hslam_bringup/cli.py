@@ -140,6 +140,9 @@ def replay(
     ] = None,
     rate: Annotated[float, typer.Option(help="bag time by wall time", min=0.001)] = 1.0,
     start: Annotated[float, typer.Option(help="seconds from the first message to begin at", min=0.0)] = 0.0,
+    max_gap: Annotated[
+        float, typer.Option(help="seconds without a message that are waited for; a longer gap is passed over", min=0.1)
+    ] = 60.0,
     paused: Annotated[bool, typer.Option("--paused", help="begin at rest; wake it by the service ~/resume")] = False,
     live: Annotated[
         str, typer.Option(help="nodes that run now, by commas: what they said in the bag is left out")
@@ -155,7 +158,7 @@ def replay(
         bag,
         topics or (),
         exclude or (),
-        {"rate": rate, "start_s": start, "paused": paused, "live": live, "lockstep": lockstep},
+        {"rate": rate, "start_s": start, "max_gap_s": max_gap, "paused": paused, "live": live, "lockstep": lockstep},
     )
 
 
