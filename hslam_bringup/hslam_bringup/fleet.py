@@ -20,7 +20,7 @@ _PR_SET_PDEATHSIG = 1
 """From Linux' sys/prctl.h."""
 
 _STOP_PATIENCE_S = 20.0
-"""How long a node may take to close its files after SIGINT before it is killed."""
+"""How long a node may take to close its files after SIGTERM before it is killed."""
 
 
 @dataclass(frozen=True)
@@ -78,14 +78,14 @@ class Fleet:
         return self._running[name].poll() == 0
 
     def stop(self, names: Sequence[str]) -> None:
-        """Interrupt the nodes in the order given, each waited for before the next; kills one that does not end."""
+        """End the nodes in the order given, each waited for before the next; kills one that does not end."""
         for name in names:
             process = self._running.get(name)
             if process is None:
                 continue
             self._note_memory(name, process)
             if process.poll() is None:
-                process.send_signal(signal.SIGINT)
+                process.terminate()  # by SIGINT a node that still imports would print a traceback
             try:
                 process.wait(_STOP_PATIENCE_S)
             except subprocess.TimeoutExpired:
@@ -112,12 +112,12 @@ class Fleet:
 
 
 def _join_the_run() -> None:
-    """Ask Linux to interrupt this process when the runner dies, however that dies, and to let it finish its turns.
+    """Ask Linux to end this process by SIGTERM when the runner dies, however that dies, and to let it finish its turns.
 
     In lock-step every message would wake its reader at once, in place of the node that is at work: 35 switches a step
     and cold caches. A batch process waits its turn, which costs nothing where all wait for each other anyway.
     """
-    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGINT)
+    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
     if os.sched_getscheduler(0) == os.SCHED_OTHER:  # else the user has chosen
         os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
 
