@@ -232,10 +232,10 @@ def bag_repair(
 
 
 def main() -> None:
-    """Run the command; an error the suite knows is one line on stderr and exit status 1."""
+    """Run the command; an error the suite or the system knows (a full disk) is one line on stderr, exit status 1."""
     hold_to_one_thread()
     try:
         app()
-    except HslamError as error:
+    except (HslamError, OSError) as error:
         sys.stderr.write(f"hslam: {error}\n")
         sys.exit(1)

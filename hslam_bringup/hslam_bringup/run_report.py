@@ -54,8 +54,8 @@ def report_run(options: RunOptions, end: RunEnd, wall_time_s: float) -> dict[str
         peak_rss_mb=end.peak_rss_mb,
     )
     fields = report(facts, score_graph(explored, true_gvg(world)), score_landmarks(maps, world.landmarks))
+    write_report(options.report, fields)  # first: figures are what a full disk has no room for
     write_figures(options.figures, world, log.driven, explored, maps, log.step_of_event)
-    write_report(options.report, fields)
     return fields
 
 
