@@ -9,6 +9,7 @@ from hslam_bringup.progress import ExplorationProgress
 from hslam_bringup.run_options import RunOptions, prepare_output
 from hslam_bringup.run_report import as_table, report_run
 from hslam_bringup.separate_run import run_separately
+from hslam_ros.private_domain import PrivateDomain, private_domain
 from hslam_sim.worlds import load_world
 
 
@@ -22,9 +23,13 @@ def explore_and_report(options: RunOptions, *, in_process: bool, force: bool, co
     check_settings(options.settings, ALGORITHMS if in_process else NODES)
     load_world(options.world, landmark_seed=options.seed)
     prepare_output(options.out, force=force)
-    run = run_in_process if in_process else run_separately
     with ExplorationProgress(console) as progress:
-        end = run(options, progress.show)
+        if in_process:
+            end = run_in_process(options, progress.show)
+        else:
+            with private_domain() as domain:
+                console.print(how_to_join(domain), soft_wrap=True)
+                end = run_separately(options, domain, progress.show)
     with console.status("scoring and drawing"):
         fields = report_run(options, end, progress.wall_time_s)
     console.print(as_table(fields))
@@ -34,3 +39,9 @@ def explore_and_report(options: RunOptions, *, in_process: bool, force: bool, co
         raise RunError(f"not finished after {limit}; what was learnt until then is in {options.out}")
     if left := fields["unexplored"]:
         raise RunError(f"not finished: branches that could not be reached: {left}; what was learnt is in {options.out}")
+
+
+def how_to_join(domain: PrivateDomain) -> str:
+    """Return the line that tells a person how to watch a run, which can be done on this machine alone."""
+    number = domain.number
+    return f"alone in ROS domain {number} of this machine; to join it: export ROS_DOMAIN_ID={number}"

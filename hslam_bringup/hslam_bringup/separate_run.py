@@ -9,14 +9,14 @@ from hslam_bringup.onlooker import Onlooker
 from hslam_bringup.progress import Snapshot
 from hslam_bringup.run_options import RunOptions
 from hslam_bringup.run_report import RunEnd
-from hslam_ros.private_domain import PrivateDomain, private_domain
+from hslam_ros.private_domain import PrivateDomain
 
 _LOOK_S = 0.25
 """How often the runner looks at the processes and redraws."""
 
 
-def run_separately(options: RunOptions, show: Callable[[Snapshot], None]) -> RunEnd:
-    """Explore with separate processes until nothing that is left can be reached or the time limit is reached.
+def run_separately(options: RunOptions, domain: PrivateDomain, show: Callable[[Snapshot], None]) -> RunEnd:
+    """Explore with separate processes in ``domain`` until nothing left can be reached, or until the time limit.
 
     Raises NodeDiedError, naming the node, when a process ends early.  However it ends, the nodes are stopped in
     order: the base first, the recorder last.
@@ -24,15 +24,14 @@ def run_separately(options: RunOptions, show: Callable[[Snapshot], None]) -> Run
     bases = _simulated_base(options) if options.robot != "scout" else _scout_behind_its_line(options)
     world = bases[0].name
     levels = _levels(options, world)
-    with private_domain() as domain:
-        fleet = Fleet(options.out / "log", domain)
-        try:
-            for node in levels + bases:
-                fleet.start(node)
-            finished = _watch(fleet, world, domain, options, show)
-        finally:
-            fleet.stop([node.name for node in reversed(levels + bases)])
-        return RunEnd(finished, fleet.peak_rss_mb())
+    fleet = Fleet(options.out / "log", domain)
+    try:
+        for node in levels + bases:
+            fleet.start(node)
+        finished = _watch(fleet, world, domain, options, show)
+    finally:
+        fleet.stop([node.name for node in reversed(levels + bases)])
+    return RunEnd(finished, fleet.peak_rss_mb())
 
 
 def _levels(options: RunOptions, world: str) -> list[NodeProcess]:
