@@ -21,7 +21,7 @@ from geometry_msgs.msg import TwistStamped
 from hslam_msgs.msg import SonarRing
 from rclpy.executors import Executor
 
-from hslam_bringup.fleet import node_environment
+from hslam_bringup.linear_algebra import ON_ONE_THREAD
 from hslam_ros.conversions import sonar_from_msg, velocity_to_msg
 from hslam_ros.executor import make_executor
 from hslam_ros.private_domain import private_domain
@@ -111,7 +111,7 @@ def main() -> None:
     floor = Surprises(clock)
     line = EmulatedLine(EmulatedBase(floor, emulator), emulator, Faults(FaultConfig(), np.random.default_rng(0)))
     with tempfile.TemporaryDirectory() as folder, private_domain() as domain:
-        os.environ.update(node_environment() | dict(os.environ) | domain.environment)  # as in a run
+        os.environ.update(ON_ONE_THREAD | dict(os.environ) | domain.environment)  # as in a run
         port = PtyPort(str(Path(folder) / "line"))
         server = EmulatorServer(line, port, clock, 1.0)
         server.start()

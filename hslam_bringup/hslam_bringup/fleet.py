@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import yaml
-from ament_index_python.packages import PackageNotFoundError, get_package_prefix, get_package_share_directory
+from ament_index_python.packages import PackageNotFoundError, get_package_prefix
 
 from hslam_bringup.errors import NodeDiedError, RunError
 from hslam_bringup.linear_algebra import ON_ONE_THREAD
@@ -41,7 +41,7 @@ class Fleet:
         """``folder`` gets a log and a parameter file for every node; all of them speak in ``domain``."""
         self._folder = folder
         self._domain = domain
-        self._environment = node_environment() | dict(os.environ) | domain.environment
+        self._environment = ON_ONE_THREAD | dict(os.environ) | domain.environment
         self._running: dict[str, subprocess.Popen[bytes]] = {}
         self._peak_rss_mb: dict[str, float] = {}
         folder.mkdir(parents=True, exist_ok=True)
@@ -120,12 +120,6 @@ def _join_the_run() -> None:
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
     if os.sched_getscheduler(0) == os.SCHED_OTHER:  # else the user has chosen
         os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
-
-
-def node_environment() -> dict[str, str]:
-    """Return the environment of every node, for where the user has not chosen otherwise."""
-    profiles = f"{get_package_share_directory('hslam_ros')}/fast_dds.xml"
-    return ON_ONE_THREAD | {"FASTRTPS_DEFAULT_PROFILES_FILE": profiles}
 
 
 def executable(package: str, name: str) -> Path:

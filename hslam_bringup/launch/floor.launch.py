@@ -14,7 +14,8 @@ from launch.substitutions import EqualsSubstitution, LaunchConfiguration, NotEqu
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 
-from hslam_bringup.fleet import node_environment
+from hslam_bringup.linear_algebra import ON_ONE_THREAD
+from hslam_ros.private_domain import within_this_machine
 
 SHARE = Path(get_package_share_directory("hslam_bringup"))
 
@@ -25,10 +26,11 @@ ARGUMENTS = {
     "atlas": ("", "atlas file to write; empty: kept in memory"),
     "bag": ("", "folder of the bag to record; empty: not recorded"),
     "rviz": ("false", "show the floor in RViz"),
+    "network": ("closed", "closed: this machine alone can reach the nodes; open: as ROS's own variables say"),
 }
 
 
-CHOICES = {"mode": ["lock_step", "free_running"], "rviz": ["false", "true"]}
+CHOICES = {"mode": ["lock_step", "free_running"], "rviz": ["false", "true"], "network": ["closed", "open"]}
 REQUIRED = "odom,cmd_vel,gvg/events,ekf/edge_maps,atlas/atlas"
 """Topics that the recorder hears before it says that the run may begin."""
 
@@ -84,7 +86,11 @@ def generate_launch_description() -> LaunchDescription:
         for name, (default, about) in ARGUMENTS.items()
     ]
     surroundings = [
-        SetEnvironmentVariable(name, value) for name, value in node_environment().items() if name not in os.environ
+        SetEnvironmentVariable(name, value) for name, value in ON_ONE_THREAD.items() if name not in os.environ
+    ]
+    closed = IfCondition(EqualsSubstitution(given["network"], "closed"))
+    surroundings += [
+        SetEnvironmentVariable(name, value, condition=closed) for name, value in within_this_machine().items()
     ]
     return LaunchDescription(
         [*declared, OpaqueFunction(function=check_seed), *surroundings, recorder, *reversed(levels), viewer]

@@ -1,9 +1,12 @@
-"""Keeps two runs on one machine, and the rest of the network, from hearing each other."""
+"""Keeps two runs on one machine from hearing each other, and the rest of the network from reaching either."""
 
 import dataclasses
 import socket
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
+
+from ament_index_python.packages import get_package_share_directory
 
 from hslam_types.errors import HslamError
 
@@ -26,7 +29,24 @@ class PrivateDomain:
     @property
     def environment(self) -> dict[str, str]:
         """What the processes of the run need in their environment."""
-        return {"ROS_DOMAIN_ID": str(self.number), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+        return {"ROS_DOMAIN_ID": str(self.number)} | within_this_machine()
+
+
+def within_this_machine() -> dict[str, str]:
+    """Return the environment of nodes that nobody on the network can reach: they have loopback and shared memory alone.
+
+    ROS's own discovery range LOCALHOST is not enough: it limits whom nodes look for, while their sockets stay open to
+    whoever knows the ports.  The profile limits both, but only where the range leaves it alone.
+    """
+    profile = Path(get_package_share_directory("hslam_ros")) / "fast_dds.xml"
+    return {
+        "RMW_IMPLEMENTATION": "rmw_fastrtps_cpp",
+        "FASTRTPS_DEFAULT_PROFILES_FILE": str(profile),
+        "SKIP_DEFAULT_XML_FILE": "1",  # a profile that lies in the working directory
+        "ROS_AUTOMATIC_DISCOVERY_RANGE": "SYSTEM_DEFAULT",
+        "ROS_LOCALHOST_ONLY": "",
+        "ROS_DISCOVERY_SERVER": "",
+    }
 
 
 @contextmanager
