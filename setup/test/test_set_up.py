@@ -11,6 +11,7 @@ import pytest
 import set_up
 import stamps
 from commands import Commands
+from made_up_wheels import lock_line, write_wheel
 
 SETUP = Path(machine.__file__).parent
 
@@ -106,6 +107,24 @@ def test_another_python_or_ros_builds_from_the_start(tmp_path: Path, monkeypatch
     with pytest.raises(machine.SetUpError):
         set_up.install(commands, tmp_path / "another_ros", lock)
     assert not any(path.exists() for path in left)
+
+
+def test_a_set_up_from_a_lock_that_leaves_something_out_is_not_done(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asking = write_wheel(tmp_path, "asking", "1.0", "Requires-Dist: wanted\n")
+    lock = tmp_path / "a.lock"
+    lock.write_text(lock_line(asking))
+    (tmp_path / "setuptools.lock").write_text(lock_line(write_wheel(tmp_path, "another", "1.0")))
+    installed = tmp_path / ".venv" / "installed.stamp"
+    for name, value in {"ROOT": tmp_path, "VENV": tmp_path / ".venv", "INSTALLED": installed}.items():
+        monkeypatch.setattr(set_up, name, value)
+    monkeypatch.setattr(set_up, "check", lambda _: None)
+    for name, text in {"CONFIG_FILE": os.devnull, "NO_INDEX": "1", "FIND_LINKS": str(tmp_path)}.items():
+        monkeypatch.setenv(f"PIP_{name}", text)
+    with pytest.raises(machine.SetUpError, match=r"a.lock is not complete: asking 1.0 requires wanted.*make lock"):
+        set_up.install(Commands(tmp_path / "log", tmp_path), None, lock)
+    assert not installed.exists()
 
 
 def test_a_stamp_is_read_as_it_was_written(tmp_path: Path) -> None:

@@ -2,11 +2,15 @@
 
 import re
 import subprocess
+import sys
 from pathlib import Path
 
+import pip_install
 import pytest
 import stamps
 import write_locks
+from launchers import clean_environment
+from machine import ros_root
 
 LOCKS = sorted(write_locks.REQUIREMENTS.glob("*.lock"))
 
@@ -21,6 +25,12 @@ def test_a_lock_states_its_tool_and_pythons_and_pins_everything_by_hash(path: Pa
     assert first + "\n" == write_locks.head(write_locks.LOCKS[path.stem], write_locks.tool_version())
     entries = re.split(r"^(?=\S)", "\n".join(lines), flags=re.MULTILINE)
     assert all(re.match(r"[\w.-]+==\S+ .*--hash=sha256:", entry, re.DOTALL) for entry in entries if entry)
+
+
+def test_what_is_installed_here_from_its_lock_is_complete() -> None:
+    ros = ros_root()
+    lock = write_locks.REQUIREMENTS / ("ros-from-apt.lock" if ros else "ros-from-pip.lock")
+    pip_install.check(Path(sys.executable), lock, clean_environment(Path(sys.prefix), ros))
 
 
 def test_the_locked_pythons_are_those_that_set_up_takes() -> None:
