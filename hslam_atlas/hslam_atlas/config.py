@@ -77,6 +77,13 @@ class AtlasConfig(Configuration):
     length_tolerance_m: float = parameter(
         1.2, "Absolute difference of two drives along one edge.", low=0.01, high=10.0, unit="m"
     )
+    forget_below: int = parameter(
+        4,
+        "A landmark that a later drive along its edge does not see keeps a third of its sightings, "
+        "and goes when fewer than this are left.",
+        low=1,
+        high=1000,
+    )
     attempts: int = parameter(3, "Fruitless drives after which a branch is given up.", low=1, high=100)
 
     def __post_init__(self) -> None:

@@ -15,23 +15,22 @@ from dataclasses import replace
 import numpy as np
 
 from hslam_atlas.alignment import Alignment
-from hslam_types.edge_map import EdgeMap
+from hslam_types.edge_map import TERMINAL_MIN_M, EdgeMap
 from hslam_types.se2 import Array, rotation, wrap
 
-_LEAST_SIGHTINGS = 4
-"""A landmark that a later drive does not see keeps a third of its sightings, and goes below this."""
-_NO_DIRECTION_M = 0.5
-"""A terminal nearer than this gives the frame no direction."""
 
-
-def fuse(existing: EdgeMap, candidate: EdgeMap, alignment: Alignment, drives: tuple[int, int]) -> tuple[EdgeMap, float]:
+def fuse(
+    existing: EdgeMap, candidate: EdgeMap, alignment: Alignment, drives: tuple[int, int], *, forget_below: int
+) -> tuple[EdgeMap, float]:
     """Return the updated map and the turn of its frame (rad); ``drives``: how many the old and the new map hold.
 
-    ``alignment`` must be of exactly these two maps with their terminals tied.
+    ``alignment`` must be of exactly these two maps with their terminals tied. A landmark that the new drive did not
+    see keeps a third of its sightings; it goes when fewer than ``forget_below`` are left.
     """
     points, covariance = _joined(existing, candidate, alignment)
     sightings = _sightings(existing, candidate, alignment)
-    kept = np.array([n >= _LEAST_SIGHTINGS for n in sightings], dtype=bool)
+    seen = {i for i, _ in alignment.pairs} | set(range(existing.size, len(sightings)))
+    kept = np.array([i in seen or n >= forget_below for i, n in enumerate(sightings)], dtype=bool)
     rows = np.repeat(np.concatenate(([True], kept)), 2)
     points, covariance = points[rows[::2]], covariance[np.ix_(rows, rows)]
     points, covariance, turn = _turned(points, covariance)
@@ -83,7 +82,7 @@ def _turned(points: Array, covariance: Array) -> tuple[Array, Array, float]:
     As at the EKF level, a terminal too near to give a direction turns nothing, and its y is given up.
     """
     x, y = points[0].tolist()
-    turns = math.hypot(x, y) >= _NO_DIRECTION_M
+    turns = math.hypot(x, y) >= TERMINAL_MIN_M
     phi = math.atan2(y, x) if turns else 0.0
     turned = points @ rotation(phi)  # points as rows: p R(phi) is R(-phi) p
     jacobian = np.kron(np.eye(len(points)), rotation(-phi))

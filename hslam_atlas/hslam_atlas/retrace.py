@@ -136,7 +136,8 @@ def update(
     if set(drives) & set(edge.traversals) or not match.agrees:
         return edge
     stored = state.maps.seen_from(edge.id, end)
-    fused, turn = fuse(stored, edge_map, match.alignment, (len(edge.traversals), len(drives)))
+    counts = len(edge.traversals), len(drives)
+    fused, turn = fuse(stored, edge_map, match.alignment, counts, forget_below=state.config.forget_below)
     new_in_old = SE2(0.0, 0.0, turn)
     near, far = edge.ends[end], edge.ends[1 - end]
     over = SE2(edge.terminal_x, 0.0, math.pi).inverse() @ new_in_old @ SE2(fused.terminal_x, 0.0, math.pi)

@@ -21,7 +21,7 @@ def fused(maps: list[EdgeMap]) -> EdgeMap:
     known = maps[0]
     for drives_before, candidate in enumerate(maps[1:], start=1):
         match = match_edges(known, candidate, SE2(), PRIOR, 0.085, AtlasConfig())
-        known, _ = fuse(known, candidate, match.alignment, (drives_before, 1))
+        known, _ = fuse(known, candidate, match.alignment, (drives_before, 1), forget_below=4)
     return known
 
 
@@ -76,8 +76,20 @@ def test_a_map_of_several_drives_weighs_as_much() -> None:
     known, candidate = drives(2, 100)
     match = match_edges(known, candidate, SE2(), PRIOR, 0.085, AtlasConfig())
     longer = replace(candidate, path_length_m=known.path_length_m + 4.0)
-    joined, _ = fuse(known, longer, match.alignment, (1, 3))
+    joined, _ = fuse(known, longer, match.alignment, (1, 3), forget_below=4)
     assert joined.path_length_m == pytest.approx(known.path_length_m + 3.0)
+
+
+def test_what_was_seen_stays_however_seldom_and_what_was_not_is_forgotten() -> None:
+    """However few sightings the filter asks for, fusing asks no more of what a drive did see."""
+    known, candidate = (replace(m, sightings=(2,) * m.size) for m in drives(2, 100))
+    match = match_edges(known, candidate, SE2(), PRIOR, 0.085, AtlasConfig())
+    pairs = len(match.alignment.pairs)
+    assert 0 < pairs < known.size + candidate.size - pairs  # some of either kind
+    joined, _ = fuse(known, candidate, match.alignment, (1, 1), forget_below=4)
+    assert joined.sightings == (4,) * pairs + (2,) * (candidate.size - pairs)
+    all_kept, _ = fuse(known, candidate, match.alignment, (1, 1), forget_below=0)
+    assert all_kept.size == known.size + candidate.size - pairs
 
 
 @pytest.mark.parametrize("terminal", [(8.0, 0.4), (0.2, 0.1)])

@@ -44,7 +44,3 @@ class EkfConfig(Configuration):
     keep_fraction: float = parameter(
         0.3, "Least share of the looks that ought to have shown a landmark and did.", low=0.0, high=1.0
     )
-    terminal_min_m: float = parameter(
-        0.5, "A terminal nearer than this to the origin gives no direction: the edge frame keeps the departure's.",
-        low=0.01, high=10.0, unit="m",
-    )  # fmt: skip

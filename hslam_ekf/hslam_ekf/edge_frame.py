@@ -9,18 +9,19 @@ import math
 import numpy as np
 
 from hslam_ekf.motion_model import ROBOT
+from hslam_types.edge_map import TERMINAL_MIN_M
 from hslam_types.se2 import Array, rotation, wrap
 
 
-def turn_to_terminal(mean: Array, covariance: Array, *, terminal_min_m: float) -> tuple[Array, Array, float]:
+def turn_to_terminal(mean: Array, covariance: Array) -> tuple[Array, Array, float]:
     """Turn X = [robot | landmarks ... terminal] (last two entries: the terminal) so that x passes through the terminal.
 
     Returns the state and covariance in the edge frame and the angle phi (rad) turned by; the terminal's y and
-    its rows of P become zero.  A terminal nearer than ``terminal_min_m`` gives no direction: phi is then zero
+    its rows of P become zero.  A terminal nearer than `TERMINAL_MIN_M` gives no direction: phi is then zero
     and its y is given up.
     """
     x, y = mean[-2:].tolist()
-    turns = math.hypot(x, y) >= terminal_min_m
+    turns = math.hypot(x, y) >= TERMINAL_MIN_M
     phi = math.atan2(y, x) if turns else 0.0
     turned = turn(mean, phi)
     jacobian = turn_jacobian(mean, phi, depends_on_terminal=turns)

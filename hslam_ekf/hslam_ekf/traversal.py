@@ -79,7 +79,6 @@ class Traversal:
         mean, joint, phi = turn_to_terminal(
             np.concatenate((self.filter.mean, terminal)),
             np.block([[covariance, cross.T], [cross, own]]),
-            terminal_min_m=self._config.terminal_min_m,
         )
         self.filter.replace(mean[:-2], joint[:-2, :-2])
         self.arrived = True

@@ -24,7 +24,7 @@ def state(seed: int, landmarks: int, spread: float = 0.05) -> tuple[Array, Array
 @given(seed=st.integers(0, 10_000), landmarks=st.integers(0, 12))
 def test_turning_keeps_distances_and_puts_the_terminal_on_the_axis(seed: int, landmarks: int) -> None:
     mean, covariance = state(seed, landmarks)
-    turned, spread, phi = turn_to_terminal(mean, covariance, terminal_min_m=0.0)
+    turned, spread, phi = turn_to_terminal(mean, covariance)
     before = np.concatenate((mean[:2], mean[4:])).reshape(-1, 2)
     after = np.concatenate((turned[:2], turned[4:])).reshape(-1, 2)
     gaps = np.linalg.norm(before[:, None] - before[None], axis=2)
@@ -39,10 +39,10 @@ def test_turning_keeps_distances_and_puts_the_terminal_on_the_axis(seed: int, la
 
 def test_covariance_agrees_with_samples() -> None:
     mean, covariance = state(seed=7, landmarks=3, spread=0.02)
-    turned, spread, _ = turn_to_terminal(mean, covariance, terminal_min_m=0.5)
+    turned, spread, _ = turn_to_terminal(mean, covariance)
     rng = np.random.default_rng(0)
     samples = rng.multivariate_normal(mean, covariance, 4000)
-    moved = np.array([turn_to_terminal(sample, covariance, terminal_min_m=0.5)[0] for sample in samples]) - turned
+    moved = np.array([turn_to_terminal(sample, covariance)[0] for sample in samples]) - turned
     moved[:, 2] = np.arctan2(np.sin(moved[:, 2]), np.cos(moved[:, 2]))
     scale = np.sqrt(np.outer(np.diag(spread), np.diag(spread))) + 1e-12
     assert np.abs((moved.T @ moved / len(moved) - spread) / scale).max() < 0.1
@@ -51,7 +51,7 @@ def test_covariance_agrees_with_samples() -> None:
 def test_a_terminal_at_the_origin_gives_no_direction() -> None:
     mean, covariance = state(seed=8, landmarks=2)
     mean[-2:] = (0.1, 0.2)
-    turned, spread, phi = turn_to_terminal(mean, covariance, terminal_min_m=0.5)
+    turned, spread, phi = turn_to_terminal(mean, covariance)
     assert phi == 0.0
     assert np.array_equal(turned[:-1], mean[:-1])
     assert np.array_equal(spread[:-1, :-1], covariance[:-1, :-1])

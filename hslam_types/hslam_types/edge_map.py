@@ -8,6 +8,9 @@ from dataclasses import dataclass
 
 from hslam_types.se2 import SE2, Array
 
+TERMINAL_MIN_M = 0.5
+"""A terminal nearer than this to the origin gives no direction: the edge frame keeps the departure's."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class EdgeMap:
