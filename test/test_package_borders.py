@@ -39,6 +39,7 @@ WITHOUT_KEY = {"gtsam", "mcap", "mcap_ros2"}
 SOME = {
     "hslam_gvg": {"hslam_types", "hslam_ros", "hslam_msgs", "hslam_voronoi"},
     "hslam_ekf": {"hslam_types", "hslam_ros", "hslam_msgs"},
+    "hslam_landmarks": {"hslam_types", "hslam_ros", "hslam_msgs"},
     "hslam_atlas": {"hslam_types", "hslam_ros", "hslam_msgs"},
     "hslam_report": {"hslam_types", "hslam_sim"},
     "scout_driver": {"hslam_types", "hslam_ros", "hslam_msgs", "hslam_sim"},

@@ -10,11 +10,13 @@ OWN_TO_A_RUN = {"wall_time_s", "real_time_factor", "peak_rss_mb"}
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("robot", ["sim", "turtlebot"])
-def test_separate_processes_and_one_process_agree_bit_for_bit(tmp_path: Path, robot: str) -> None:
+@pytest.mark.parametrize(("robot", "chosen"), [("sim", ()), ("turtlebot", ()), ("turtlebot", ("--landmarks", "scan"))])
+def test_separate_processes_and_one_process_agree_bit_for_bit(
+    tmp_path: Path, robot: str, chosen: tuple[str, ...]
+) -> None:
     separate, single = tmp_path / "separate", tmp_path / "single"
     for out, how, hash_seed in ((separate, [], "1"), (single, ["--in-process"], "2")):
-        arguments = ("explore", "small_world", "--robot", robot, "--out", str(out), *how)
+        arguments = ("explore", "small_world", "--robot", robot, *chosen, "--out", str(out), *how)
         status, _, err = outcome(hslam(*arguments, hash_seed=hash_seed), 600.0)
         assert status == 0, err
     assert atlas_dump(separate / "atlas.db") == atlas_dump(single / "atlas.db")

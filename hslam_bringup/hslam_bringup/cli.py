@@ -40,6 +40,13 @@ class Robot(StrEnum):
     SCOUT = "scout"
 
 
+class Landmarks(StrEnum):
+    """What the edge-maps of a run are made of."""
+
+    BOXES = "boxes"
+    SCAN = "scan"
+
+
 @app.command()
 def explore(
     world: World,
@@ -52,6 +59,9 @@ def explore(
         Robot,
         typer.Option(help="sim: the Scout's ring of sonars; turtlebot: a lidar; scout: behind its serial line"),
     ] = Robot.SIM,
+    landmarks: Annotated[
+        Landmarks, typer.Option(help="boxes: hung on the walls; scan: what the lidar sees of the building itself")
+    ] = Landmarks.BOXES,
     in_process: Annotated[
         bool, typer.Option("--in-process", help="one process instead of one per node: same atlas, faster")
     ] = False,
@@ -66,12 +76,23 @@ def explore(
     """
     from hslam_bringup.errors import RunError
     from hslam_bringup.explore import explore_and_report
-    from hslam_bringup.run_options import BASES, LEVELS, RunOptions, merged, parse_settings, robot_settings
+    from hslam_bringup.run_options import (
+        BASES,
+        LANDMARKS,
+        LEVELS,
+        RunOptions,
+        landmark_settings,
+        merged,
+        parse_settings,
+        robot_settings,
+    )
 
     out = out or Path("runs") / f"{Path(world).stem}_{seed}"
-    nodes = BASES[robot.value] + LEVELS
-    chosen = merged(robot_settings(robot.value), parse_settings(settings or (), nodes))
-    options = RunOptions(world, seed, out, chosen, time_limit, robot.value)
+    nodes = BASES[robot.value] + LEVELS + LANDMARKS[landmarks.value]
+    chosen = merged(
+        merged(robot_settings(robot.value), landmark_settings(landmarks.value)), parse_settings(settings or (), nodes)
+    )
+    options = RunOptions(world, seed, out, chosen, time_limit, robot.value, landmarks.value)
     if in_process and robot is Robot.SCOUT:
         raise RunError("--in-process drives the simulated base; the Scout has a serial line: leave one of the two out")
     try:

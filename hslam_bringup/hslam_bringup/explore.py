@@ -6,7 +6,7 @@ from hslam_bringup.errors import RunError
 from hslam_bringup.in_process_run import run_in_process
 from hslam_bringup.node_parameters import ALGORITHMS, NODES, check_settings
 from hslam_bringup.progress import ExplorationProgress
-from hslam_bringup.run_options import RunOptions, prepare_output
+from hslam_bringup.run_options import RunOptions, check_landmarks, prepare_output
 from hslam_bringup.run_report import as_table, report_run
 from hslam_bringup.separate_run import run_separately
 from hslam_ros.private_domain import PrivateDomain, private_domain
@@ -21,6 +21,7 @@ def explore_and_report(options: RunOptions, *, in_process: bool, force: bool, co
     """
     # A slip of the pen costs no earlier run.
     check_settings(options.settings, ALGORITHMS if in_process else NODES)
+    check_landmarks(options)
     load_world(options.world, landmark_seed=options.seed)
     prepare_output(options.out, force=force)
     with ExplorationProgress(console) as progress:

@@ -9,6 +9,7 @@ import resource
 from collections.abc import Callable
 from typing import Any
 
+from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Bool
 
 from hslam_atlas.atlas_messages import atlas_to_msg
@@ -18,20 +19,22 @@ from hslam_atlas.server import AtlasServer
 from hslam_atlas.store import AtlasStore
 from hslam_bags.recorder import Recorder
 from hslam_bringup.progress import Snapshot
-from hslam_bringup.run_options import RunOptions
+from hslam_bringup.run_options import SCANNED, RunOptions
 from hslam_bringup.run_record import RunRecord
 from hslam_bringup.run_report import RunEnd
 from hslam_ekf.config import EkfConfig
 from hslam_ekf.server import EkfServer
 from hslam_gvg.level import SCAN, GvgLevel, SourceConfig, level_from_mapping
 from hslam_gvg.states import GvgError
+from hslam_landmarks.config import ScannerConfig
+from hslam_landmarks.scan_landmarks import ScanLandmarks, lookout_from_mapping
 from hslam_ros import conversions
 from hslam_ros.scan_conversion import scan_from_msg, scan_to_msg
 from hslam_ros.stamps import NS_PER_S
 from hslam_sim import sim_messages
 from hslam_sim.simulation import SimStep, Simulation, SimulationConfiguration
 from hslam_sim.worlds import load_world
-from hslam_types.sensing import RangeScan, SonarSweep, Velocity
+from hslam_types.sensing import LandmarkView, RangeScan, SonarSweep, Velocity
 
 _SHOW_EVERY = 100
 """Steps between two looks at the run."""
@@ -47,10 +50,12 @@ class InProcessRun:
         ekf: EkfServer,
         atlas: AtlasServer,
         record: RunRecord,
+        lookout: tuple[ScanLandmarks, ScannerConfig] | None = None,
     ) -> None:
-        """Take the parts as they are; the first step sends no command."""
+        """Take the parts as they are; the first step sends no command. A ``lookout`` finds the landmarks in scans."""
         self.simulation, self.ekf, self.atlas, self.record = simulation, ekf, atlas, record
         self.gvg, self._source = level
+        self._lookout = lookout
         self.finished = self._explored = False
         self.path_length_m = 0.0
         self._command: Velocity | None = None
@@ -66,14 +71,18 @@ class InProcessRun:
         put("/odom", odom_msg, stamp_ns)
         put("/sonar", conversions.sonar_to_msg(base.sonar), stamp_ns)
         put("/ground_truth", sim_messages.truth_to_msg(base), stamp_ns)
-        if base.landmarks is not None:
-            put("/landmarks", conversions.landmarks_to_msg(base.landmarks), stamp_ns)
+        scan_msg = None if base.scan is None else scan_to_msg(base.scan)
+        if scan_msg is not None:
+            put("/scan", scan_msg, stamp_ns)
+        view = base.landmarks if self._lookout is None else self._spotted(scan_msg)
+        if view is not None:
+            put("/landmarks", conversions.landmarks_to_msg(view), stamp_ns)
         if base.bumped is not self._bumped:
             self._bumped = base.bumped
             put("/bumper", Bool(data=base.bumped), stamp_ns)
 
-        driven = self.gvg.step(odom, self._heard(base))
-        mapped = self.ekf.step(odom, base.landmarks, driven.events)
+        driven = self.gvg.step(odom, self._heard(base, scan_msg))
+        mapped = self.ekf.step(odom, view, driven.events)
         decided = self.atlas.step(driven.events, mapped.edge_maps, mapped.links)
         if decided.goal is not None:
             try:
@@ -96,13 +105,18 @@ class InProcessRun:
         self.path_length_m += math.dist(self._last_xy or here, here)
         self._last_xy = here
 
-    def _heard(self, base: SimStep) -> SonarSweep | RangeScan | None:
+    def _spotted(self, scan_msg: LaserScan | None) -> LandmarkView | None:
+        """Return the look that the lookout makes of a scan."""
+        if self._lookout is None or scan_msg is None:
+            return None
+        landmarks, scanner = self._lookout
+        return landmarks.hear(scan_from_msg(scan_msg, scanner.scanner_in_base))
+
+    def _heard(self, base: SimStep, scan_msg: LaserScan | None) -> SonarSweep | RangeScan | None:
         """Return what the GVG level hears of the step, in the bits that a node would receive."""
-        if base.scan is None:
-            return None if self._source.source == SCAN else base.sonar
-        msg = scan_to_msg(base.scan)
-        self.record.put("/scan", msg, base.stamp_ns)
-        return scan_from_msg(msg, self._source.scanner_in_base) if self._source.source == SCAN else base.sonar
+        if self._source.source != SCAN:
+            return base.sonar
+        return None if scan_msg is None else scan_from_msg(scan_msg, self._source.scanner_in_base)
 
     def snapshot(self) -> Snapshot:
         """Return where the run stands."""
@@ -123,6 +137,7 @@ def run_in_process(options: RunOptions, show: Callable[[Snapshot], None]) -> Run
             EkfServer(EkfConfig.from_mapping(options.node_settings("ekf"))),
             AtlasServer(AtlasConfig.from_mapping({"mission": "explore"} | options.node_settings("atlas")), store),
             RunRecord(recorder),
+            lookout_from_mapping(options.node_settings("scan_landmarks")) if options.landmarks == SCANNED else None,
         )
         steps = 0
         while not run.finished and run.simulation.stamp_ns < options.time_limit_s * NS_PER_S:

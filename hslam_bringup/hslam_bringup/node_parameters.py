@@ -11,6 +11,8 @@ from hslam_ekf.config import EkfConfig
 from hslam_ekf.ekf_node import EkfNodeConfig
 from hslam_gvg.gvg_node import GvgNodeConfig
 from hslam_gvg.level import CONFIGURATIONS, SourceConfig
+from hslam_landmarks.config import ScanLandmarksConfig, ScannerConfig
+from hslam_landmarks.scan_landmarks_node import LinkConfig
 from hslam_sim.landmark_sensor import LandmarkConfiguration
 from hslam_sim.run_configuration import RunConfiguration
 from hslam_sim.simulation import SimulationConfiguration
@@ -28,6 +30,7 @@ _SIMULATED = SimulationConfiguration()
 ALGORITHMS: Mapping[str, Grouped] = {
     "sim": tuple((f"{part.name}.", type(getattr(_SIMULATED, part.name))) for part in fields(_SIMULATED)),
     "gvg": (("", SourceConfig),),
+    "scan_landmarks": (("", ScannerConfig), ("", ScanLandmarksConfig)),
     "ekf": (("", EkfConfig),),
     "atlas": (("", AtlasConfig),),
 }
@@ -36,6 +39,7 @@ ALGORITHMS: Mapping[str, Grouped] = {
 NODES: Mapping[str, Grouped] = {
     "sim": (*ALGORITHMS["sim"], ("", RunConfiguration)),
     "gvg": (*ALGORITHMS["gvg"], ("", GvgNodeConfig)),
+    "scan_landmarks": (*ALGORITHMS["scan_landmarks"], ("", LinkConfig)),
     "ekf": (*ALGORITHMS["ekf"], ("", EkfNodeConfig)),
     "atlas": (*ALGORITHMS["atlas"], ("", AtlasNodeConfig)),
     "scout": (("", DriverConfig), ("", NodeConfig)),

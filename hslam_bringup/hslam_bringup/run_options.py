@@ -17,6 +17,10 @@ BASES = {"sim": ("sim",), "turtlebot": ("sim",), "scout": ("scout_emulator", "sc
 """By robot: the nodes in place of the base."""
 ROBOTS = {"turtlebot": "turtlebot.yaml"}
 """By robot: the file of this package that says by node how it differs from the simulated Scout."""
+BOXES, SCANNED = "boxes", "scan"
+LANDMARKS: Mapping[str, tuple[str, ...]] = {BOXES: (), SCANNED: ("scan_landmarks",)}
+"""By kind of landmark, boxes on the walls or what the lidar's scans show: the nodes that look for them, beside a base
+that sees boxes itself."""
 SET_BY_THE_RUN = frozenset(
     ("world", "seed", "landmark_seed", "landmark_source", "lockstep", "lockstep_nodes", "mission", "port", "store")
 )
@@ -38,6 +42,8 @@ class RunOptions:
     """Simulated time after which an unfinished exploration is given up."""
     robot: str = "sim"
     """The robot: a key of `BASES`."""
+    landmarks: str = BOXES
+    """What the edge-maps are made of: a key of `LANDMARKS`."""
 
     @property
     def bag(self) -> Path:
@@ -62,6 +68,19 @@ class RunOptions:
     def node_settings(self, node: str) -> dict[str, Any]:
         """Return the parameters that were set for one node."""
         return dict(self.settings.get(node, {}))
+
+
+def landmark_settings(landmarks: str) -> dict[str, dict[str, Any]]:
+    """Return the parameters by node and name that go with a kind of landmark."""
+    return {"sim": {"landmarks.look_every": 0}} if landmarks == SCANNED else {}
+
+
+def check_landmarks(options: RunOptions) -> None:
+    """Raise RunError where a robot without a lidar shall find its landmarks by one."""
+    if options.landmarks == SCANNED and (
+        options.robot == "scout" or not options.node_settings("sim").get("lidar.beams")
+    ):
+        raise RunError("--landmarks scan asks for a lidar: add --robot turtlebot or --set sim.lidar.beams=360")
 
 
 def robot_settings(robot: str) -> dict[str, dict[str, Any]]:

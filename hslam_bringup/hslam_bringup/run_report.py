@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from rich.table import Table
@@ -10,7 +10,7 @@ from rich.table import Table
 from hslam_atlas.explore import unexplored
 from hslam_atlas.store import AtlasStore
 from hslam_bringup.run_evidence import explored_graph, placed_maps, read_log
-from hslam_bringup.run_options import RunOptions
+from hslam_bringup.run_options import SCANNED, RunOptions
 from hslam_report.landmark_score import score_landmarks
 from hslam_report.path_figures import length_m
 from hslam_report.run_figures import write_figures
@@ -37,6 +37,8 @@ def report_run(options: RunOptions, end: RunEnd, wall_time_s: float) -> dict[str
     Raises BagError or StoreError where the run's files cannot be read.
     """
     world = load_world(options.world, landmark_seed=options.seed)
+    if options.landmarks == SCANNED:
+        world = replace(world, landmarks=world.corners)
     log = read_log(options.bag)
     with AtlasStore.reading(options.atlas) as store:
         graph, _ = store.load()

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from hslam_bringup.fleet import Fleet, NodeProcess
 from hslam_bringup.onlooker import Onlooker
 from hslam_bringup.progress import Snapshot
-from hslam_bringup.run_options import RunOptions
+from hslam_bringup.run_options import LANDMARKS, RunOptions
 from hslam_bringup.run_report import RunEnd
 from hslam_ros.private_domain import PrivateDomain
 
@@ -37,18 +37,21 @@ def run_separately(options: RunOptions, domain: PrivateDomain, show: Callable[[S
 def _levels(options: RunOptions, world: str) -> list[NodeProcess]:
     """Return the recorder and the three levels; ``world`` is the node that looks for landmarks."""
     recorder = {"path": str(options.bag), "require": "odom,cmd_vel,gvg/events,ekf/edge_maps,atlas/atlas"}
-    ekf = {"landmark_source": world}
+    lookers = LANDMARKS[options.landmarks]
+    ekf = {"landmark_source": lookers[0] if lookers else world}
     atlas = {"store": str(options.atlas), "mission": "explore"}
     return [
         NodeProcess("recorder", "hslam_bags", "record_node", recorder),
         NodeProcess("atlas", "hslam_atlas", "atlas_node", _parameters(options, "atlas", atlas)),
         NodeProcess("ekf", "hslam_ekf", "ekf_node", _parameters(options, "ekf", ekf)),
         NodeProcess("gvg", "hslam_gvg", "gvg_node", _parameters(options, "gvg", {})),
+        *(NodeProcess(name, "hslam_landmarks", f"{name}_node", _parameters(options, name, {})) for name in lookers),
     ]
 
 
 def _simulated_base(options: RunOptions) -> list[NodeProcess]:
     sim = _world_parameters(options) | {"lockstep_nodes": ["atlas", "recorder"]}
+    sim["lockstep_suspects"] = ["gvg", *LANDMARKS[options.landmarks], "ekf"]
     return [NodeProcess("sim", "hslam_sim", "sim_node", _parameters(options, "sim", sim))]
 
 

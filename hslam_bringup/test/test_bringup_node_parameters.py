@@ -10,6 +10,7 @@ from hslam_atlas.atlas_node import AtlasNode
 from hslam_bringup.node_parameters import ALGORITHMS, NODES, check_settings, groups_of, parameters
 from hslam_ekf.ekf_node import EkfNode
 from hslam_gvg.gvg_node import GvgNode
+from hslam_landmarks.scan_landmarks_node import ScanLandmarksNode
 from hslam_sim.sim_node import SimNode
 from hslam_types.errors import ConfigurationError
 from scout_driver.scout_emulator import EmulatorNode
@@ -21,6 +22,7 @@ LISTS = {"lockstep_nodes", "lockstep_suspects"}
 NODE_CLASSES: dict[str, Callable[[], Node]] = {
     "sim": SimNode,
     "gvg": GvgNode,
+    "scan_landmarks": ScanLandmarksNode,
     "ekf": EkfNode,
     "atlas": AtlasNode,
     "scout": ScoutNode,

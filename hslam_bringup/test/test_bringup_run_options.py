@@ -5,7 +5,15 @@ from pathlib import Path
 import pytest
 
 from hslam_bringup.errors import RunError
-from hslam_bringup.run_options import ATLAS_FILES, parse_settings, prepare_output
+from hslam_bringup.run_options import (
+    ATLAS_FILES,
+    SCANNED,
+    RunOptions,
+    check_landmarks,
+    parse_settings,
+    prepare_output,
+    robot_settings,
+)
 
 
 def test_settings_are_yaml_by_node() -> None:
@@ -64,3 +72,12 @@ def test_a_folder_that_cannot_be_made_is_told(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(RunError, match="cannot write to"):
         prepare_output(tmp_path / "file" / "run", force=False)
+
+
+def test_landmarks_by_scans_ask_for_a_lidar(tmp_path: Path) -> None:
+    with pytest.raises(RunError, match="--robot turtlebot"):
+        check_landmarks(RunOptions("small_world", 1, tmp_path, landmarks=SCANNED))
+    with pytest.raises(RunError, match="--robot turtlebot"):
+        check_landmarks(RunOptions("small_world", 1, tmp_path, robot="scout", landmarks=SCANNED))
+    check_landmarks(RunOptions("small_world", 1, tmp_path, robot_settings("turtlebot"), landmarks=SCANNED))
+    check_landmarks(RunOptions("small_world", 1, tmp_path))

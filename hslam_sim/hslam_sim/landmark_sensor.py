@@ -24,7 +24,7 @@ BOX_DEPTH_M = 0.05
 class LandmarkConfiguration(Configuration):
     """What the sensor sees and how well; defaults assume a 640-pixel image of a hyperbolic mirror."""
 
-    look_every: int = parameter(3, "simulation steps from one look to the next", low=1, high=1000)
+    look_every: int = parameter(3, "simulation steps from one look to the next; 0: no such sensor", low=0, high=1000)
     range_max_m: float = parameter(6.0, "farthest box found", low=0.5, high=50.0, unit="m")
     range_std_m: float = parameter(0.02, "standard deviation of a range near by", low=0.0, high=1.0, unit="m")
     range_std_fraction: float = parameter(
@@ -35,6 +35,10 @@ class LandmarkConfiguration(Configuration):
     clutter_probability: float = parameter(
         0.2, "chance that a look holds one false sighting (about 1 % of sightings)", low=0.0, high=1.0
     )
+
+    def due(self, step: int) -> bool:
+        """Tell whether the sensor looks at a step (they count from 1)."""
+        return self.look_every > 0 and step % self.look_every == 0
 
     def noise_free(self) -> Self:
         """Return a sensor that sees every box in sight exactly where it is (it still states small deviations)."""

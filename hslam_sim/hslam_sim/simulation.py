@@ -117,7 +117,7 @@ class Simulation:
         self._steps += 1
         stamp_ns = self.stamp_ns
         base = self._base
-        look = self._steps % self.config.landmarks.look_every == 0
+        look = self.config.landmarks.due(self._steps)
         charge = charge_left(self.config.battery, stamp_ns * 1e-9, base.travelled_m)
         return SimStep(
             stamp_ns=stamp_ns,

@@ -47,6 +47,11 @@ class World:
         rings = [np.asarray(ring.coords) for ring in (self.free_space.exterior, *self.free_space.interiors)]
         return np.concatenate([np.hstack([ring[:-1], ring[1:]]) for ring in rings])
 
+    @property
+    def corners(self) -> Array:
+        """Where walls meet or end, n x 2 (m): what a lidar may take for landmarks."""
+        return self.walls[:, :2]
+
     def check_room(self, body_radius_m: float) -> None:
         """Raise WorldError unless the round body fits where it starts."""
         room_m = self.clearance(self.start.x, self.start.y)

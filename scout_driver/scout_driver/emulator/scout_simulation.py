@@ -71,7 +71,7 @@ class ScoutSimulation:
         reading = self._reading()
         self._steps += 1
         state, floor = reading.state, self._floor
-        look = self._steps % self.config.landmarks.look_every == 0
+        look = self.config.landmarks.due(self._steps)
         stamp_ns = self._stamps.stamp_ns(reading)
         voltage = volts(state.motor_raw, MOTOR_DIVIDER) if state.motor_raw is not None else floor.volts
         return SimStep(

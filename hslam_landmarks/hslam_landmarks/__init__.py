@@ -1,0 +1,1 @@
+"""Landmarks out of a lidar's scans: corners and ends of walls, poles, reflectors."""
