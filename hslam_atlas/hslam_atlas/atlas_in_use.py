@@ -14,7 +14,7 @@ class AtlasInUse:
     def __init__(self, config: AtlasConfig, path: Path | None) -> None:
         """Take up an atlas file, or an empty atlas in memory; raises StoreError."""
         self._config = config
-        self.server = AtlasServer(config, AtlasStore(path))
+        self.server = _server(config, AtlasStore(path))
 
     def take_up(self, path: Path) -> None:
         """Go on with the atlas of another file, which must exist: the robot has to find itself in it.
@@ -22,12 +22,7 @@ class AtlasInUse:
         Raises StoreError, and stays with the present one, where that is not saved or the other cannot be read.
         """
         self.server.save_rest()
-        store = AtlasStore(path, create=False)
-        try:
-            server = AtlasServer(self._config, store)
-        except StoreError:
-            store.close()
-            raise
+        server = _server(self._config, AtlasStore(path, create=False))
         if self.server.exploring:
             server.explore()
         else:
@@ -41,3 +36,12 @@ class AtlasInUse:
             self.server.save_rest()
         finally:
             self.server.store.close()
+
+
+def _server(config: AtlasConfig, store: AtlasStore) -> AtlasServer:
+    """Return a server for a store, which is closed where that cannot be; raises StoreError."""
+    try:
+        return AtlasServer(config, store)
+    except StoreError:
+        store.close()
+        raise

@@ -4,7 +4,8 @@ import struct
 
 import numpy as np
 
-from hslam_atlas.errors import StoreError
+from hslam_atlas.errors import ContentError
+from hslam_atlas.schema import LARGEST
 from hslam_types.edge_map import EdgeMap
 from hslam_types.se2 import SE2
 
@@ -24,16 +25,19 @@ def encode(edge_map: EdgeMap) -> bytes:
 
 
 def decode(blob: bytes) -> EdgeMap:
-    """Return the edge-map of ``blob``; raises StoreError if it is not one."""
+    """Return the edge-map of ``blob``; raises ContentError if it is not one."""
     if len(blob) < _HEAD.size:
-        raise StoreError("an edge-map is cut short")
-    traversal, arrival, n, terminal_x, departure, along, x, y, theta, path_length = _HEAD.unpack_from(blob)
+        raise ContentError("is no edge-map: it is cut short")
+    traversal, arrival, n, *reals = _HEAD.unpack_from(blob)
     size = 2 + 2 * n
     if len(blob) != _HEAD.size + 20 * n + 4 * size * (size + 1):
-        raise StoreError(f"an edge-map of {n} landmarks has {len(blob)} bytes")
+        raise ContentError(f"is no edge-map of {n} landmarks: it has {len(blob)} bytes")
     landmarks = np.frombuffer(blob, "<f8", 2 * n, _HEAD.size).reshape(n, 2).astype(np.float64)
     sightings = np.frombuffer(blob, "<u4", n, _HEAD.size + 16 * n)
     triangle = np.frombuffer(blob, "<f8", size * (size + 1) // 2, _HEAD.size + 20 * n)
+    if not all((np.abs(part) <= LARGEST).all() for part in (reals, landmarks, triangle)):
+        raise ContentError("is no edge-map: it holds what is no number")
+    terminal_x, departure, along, x, y, theta, path_length = reals
     covariance = np.zeros((size, size))
     covariance[np.tril_indices(size)] = triangle
     covariance = covariance + np.tril(covariance, -1).T

@@ -9,3 +9,7 @@ class AtlasError(HslamError):
 
 class StoreError(AtlasError):
     """An atlas file cannot be read or is not one."""
+
+
+class ContentError(AtlasError):
+    """What is kept in an atlas file is not what it must be; the text names table and row, whoever knows it the file."""

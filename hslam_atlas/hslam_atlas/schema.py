@@ -1,6 +1,8 @@
 """The tables of an atlas file (SQLite)."""
 
 VERSION = 1
+LARGEST = 1e12
+"""Largest length (m), angle (rad), evidence (nats) or entry of a covariance: nothing on a floor comes near it."""
 
 TABLES = f"""
 BEGIN;

@@ -13,13 +13,16 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from hslam_atlas.errors import StoreError
+from hslam_atlas.errors import ContentError, StoreError
 from hslam_atlas.graph import AtlasGraph
 from hslam_atlas.questions import Question
 from hslam_atlas.schema import TABLES, VERSION
+from hslam_atlas.store_content import check_tables, read_counts, read_graph, read_map, read_meta, read_questions
 from hslam_atlas.store_file import beside, close_whole, connect_to_read, connect_to_write, transaction
-from hslam_atlas.store_rows import read_graph, read_questions, write_graph, write_maps, write_questions
+from hslam_atlas.store_rows import write_graph, write_maps, write_questions
 from hslam_atlas.stored_maps import StoredMaps
+from hslam_atlas.table_row import layout
+from hslam_types.edge_map import EdgeMap
 
 
 class AtlasStore(StoredMaps):
@@ -71,12 +74,13 @@ class AtlasStore(StoredMaps):
     def _check(self) -> None:
         """Check that the database is an atlas."""
         with self._told("cannot be opened as an atlas"):
-            tables = {name for (name,) in self._db.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
-            version = self._meta("version") if "meta" in tables else None
-        if version is None:
-            raise StoreError(f"{self._path} is not an atlas")
-        if version != str(VERSION):
-            raise StoreError(f"{self._path}: an atlas of version {version}; this program reads version {VERSION}")
+            named = {"key", "value"} <= set(layout(self._db, "meta").columns)
+            version = read_meta(self._db, "version") if named else None
+            if version is None:
+                raise StoreError(f"{self._path} is not an atlas")
+            if version.values["value"] != str(VERSION):
+                raise version.broken("value", f"is another version than {VERSION}, which this program reads")
+            check_tables(self._db)
 
     def _check_permission(self) -> None:
         """Find out at the start, not at the first arrival, that an atlas may not be written."""
@@ -85,10 +89,10 @@ class AtlasStore(StoredMaps):
 
     @contextmanager
     def _told(self, what: str) -> Iterator[None]:
-        """Turn what SQLite and the file system complain of into a StoreError that says ``what`` failed."""
+        """Turn what SQLite, the file system and the content are to blame for into a StoreError: ``what`` failed."""
         try:
             yield
-        except (sqlite3.Error, OSError) as error:
+        except (sqlite3.Error, OSError, ContentError) as error:
             raise StoreError(f"{self._path or 'atlas in memory'}: {what} ({error})") from error
 
     def __enter__(self) -> Self:
@@ -125,17 +129,18 @@ class AtlasStore(StoredMaps):
         graph.changed_links.clear()
 
     def load(self) -> tuple[AtlasGraph, list[Question]]:
-        """Return graph and open questions; the maps stay where they are until asked for."""
+        """Return graph and open questions; the maps stay where they are until asked for.
+
+        Raises StoreError, which names table and row, unless everything in the file can be read.
+        """
         with self._told("cannot be read"):
-            graph, questions = read_graph(self._db), read_questions(self._db)
-        next_ids = self._meta("next_ids")
-        graph.resume(json.loads(next_ids) if next_ids else [0, 0, 0])
-        return graph, questions
+            graph = read_graph(self._db)
+            return graph, read_questions(self._db, graph)
 
     def counts(self) -> dict[str, int]:
         """Return the counts last saved, empty for a new atlas."""
-        counts: dict[str, int] = json.loads(self._meta("counts") or "{}")
-        return counts
+        with self._told("cannot be read"):
+            return read_counts(self._db)
 
     def save_as(self, path: Path) -> None:
         """Write a copy of what was saved, in place of what is there; raises StoreError if that cannot be."""
@@ -166,17 +171,10 @@ class AtlasStore(StoredMaps):
         self._db.close()
         self._db, self._is_writing = db, True
 
-    def _read_map(self, edge_id: int) -> bytes | None:
+    def _read_map(self, edge_id: int) -> EdgeMap | None:
         """See `StoredMaps`."""
         with self._told("cannot be read"):
-            row = self._db.execute("SELECT map FROM edge_maps WHERE edge = ?", (edge_id,)).fetchone()
-        return None if row is None else bytes(row[0])
-
-    def _meta(self, key: str) -> str | None:
-        """Return a value kept by name, None if there is none."""
-        with self._told("cannot be read"):
-            row = self._db.execute("SELECT value FROM meta WHERE key = ?", (key,)).fetchone()
-        return None if row is None else str(row[0])
+            return read_map(self._db, edge_id)
 
     def _set_meta(self, key: str, value: str) -> None:
         self._db.execute("INSERT OR REPLACE INTO meta VALUES (?, ?)", (key, value))

@@ -70,7 +70,14 @@ def close_whole(db: sqlite3.Connection) -> None:
 
 
 def _connect(path: Path, how: str) -> sqlite3.Connection:
-    return sqlite3.connect(f"{path.as_uri()}?{how}", uri=True, timeout=_BUSY_S, isolation_level=None)
+    db = sqlite3.connect(f"{path.as_uri()}?{how}", uri=True, timeout=_BUSY_S, isolation_level=None)
+    db.text_factory = _text
+    return db
+
+
+def _text(stored: bytes) -> str:
+    """Return a text; what is none is shown by its bytes, for whoever checks the row to name it."""
+    return stored.decode(errors="backslashreplace")
 
 
 def _is_write_ahead(path: Path) -> bool:
@@ -89,6 +96,7 @@ def _is_write_ahead(path: Path) -> bool:
 def _recovered(path: Path) -> sqlite3.Connection:
     """Return in memory what a killed process left, its unfinished step undone: SQLite would do that in the file."""
     db = sqlite3.connect(":memory:", isolation_level=None)
+    db.text_factory = _text
     wal, _, journal = beside(path)
     with TemporaryDirectory() as folder:
         for source in (path, wal, journal):

@@ -46,14 +46,18 @@ class StoredMaps(ABC):
             self._cache.pop((edge_id, end), None)
 
     @abstractmethod
-    def _read_map(self, edge_id: int) -> bytes | None:
+    def _read_map(self, edge_id: int) -> EdgeMap | None:
         """Return an edge's map as it is in the file, None if there is none; raises StoreError."""
 
     def _decoded(self, edge_id: int) -> EdgeMap:
-        blob = self._unsaved[edge_id] if edge_id in self._unsaved else self._read_map(edge_id)
-        if blob is None:
+        if edge_id in self._unsaved:
+            blob = self._unsaved[edge_id]
+            found = None if blob is None else edge_map_blob.decode(blob)
+        else:
+            found = self._read_map(edge_id)
+        if found is None:
             raise StoreError(f"edge {edge_id} has no map")
-        return edge_map_blob.decode(blob)
+        return found
 
     def _keep(self, edge_id: int, end: int, edge_map: EdgeMap) -> None:
         self._cache[edge_id, end] = edge_map

@@ -5,12 +5,15 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
+from broken_rows import Attack, atlas, broken
 from hslam_msgs.msg import Atlas, NodeStatus
 from hslam_msgs.srv import AtlasFile
 from ros_stage import Staged
 from test_atlas_node import Pair, walker
 from visualization_msgs.msg import Marker, MarkerArray
 
+from hslam_atlas.atlas_in_use import AtlasInUse
+from hslam_atlas.config import AtlasConfig
 from hslam_atlas.errors import StoreError
 from hslam_atlas.server import AtlasServer
 from hslam_atlas.store import AtlasStore
@@ -80,6 +83,37 @@ def test_what_could_not_be_saved_before_is_saved_at_the_end(staged: Staged, tmp_
     pair.atlas.close()
     assert nodes_in(path) == known
     assert [file.name for file in tmp_path.iterdir()] == ["atlas.db"]
+
+
+ROWS = (
+    Attack("edges", "traversals", "no JSON"),
+    Attack("edge_maps", "map", b"\xff" * 96),
+    Attack("visits", "node", 99),
+    Attack("meta", "value", "[]", "counts"),
+)
+
+
+def test_broken_files_are_refused_and_the_node_lives_on(staged: Staged, tmp_path: Path) -> None:
+    pair = staged(Pair, store=tmp_path / "atlas.db")
+    pair.rest.open_actions()
+    pair.explore(2)
+    known = len(pair.atlas._server.state.graph.nodes)
+    for attack in ROWS:
+        path = broken(atlas(tmp_path / "broken.db"), attack)
+        before = path.read_bytes()
+        told = pair.call(pair.rest, AtlasFile, "atlas/load", AtlasFile.Request(path=str(path)))
+        assert not told.success
+        assert f"broken.db: cannot be read (table {attack.table}, row" in told.message
+        assert path.read_bytes() == before
+        pair.cycle(10**12 + len(pair.rest.statuses), None)
+        assert pair.rest.statuses[-1].detail.startswith(f"{known} nodes, ")
+
+
+@pytest.mark.parametrize("attack", ROWS, ids=str)
+def test_a_node_does_not_begin_with_a_broken_file(tmp_path: Path, attack: Attack) -> None:
+    path = broken(atlas(tmp_path / "broken.db"), attack)
+    with pytest.raises(StoreError, match=rf"broken\.db: cannot be read \(table {attack.table}, row"):
+        AtlasInUse(AtlasConfig(), path)
 
 
 @pytest.mark.parametrize("how", ["parameter", "service"])

@@ -33,7 +33,7 @@ def compare(a: Path, b: Path) -> Comparison:
     for path in (a, b):
         if not path.is_file():
             raise RunError(f"{path}: no such atlas file")
-    with AtlasStore(a) as first, AtlasStore(b) as second:
+    with AtlasStore.reading(a) as first, AtlasStore.reading(b) as second:
         graphs = first.load()[0], second.load()[0]
         by_drive = [{edge.traversals[0]: edge for edge in graph.edges.values()} for graph in graphs]
         shared = sorted(by_drive[0].keys() & by_drive[1].keys())
