@@ -3,7 +3,7 @@
 No filter and no atlas take part: whether a node was seen before is told from the truth, so that what is missed here was
 missed by the local map, the local graph or the driving.
 
-hslam-env python bench/gvg_level.py MAPS/*.yaml --seeds 1-5
+hslam-env python bench/gvg_level.py MAPS/*.yaml --seeds 1-5 --sensor ring
 """
 
 import argparse
@@ -21,7 +21,13 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
+from hslam_gvg.config import GvgConfig
+from hslam_gvg.follow_config import RingFollowConfig
 from hslam_gvg.graph_follower import GraphFollower
+from hslam_gvg.level import GvgLevel
+from hslam_gvg.local_graph.graph_config import RingGraphConfig
+from hslam_gvg.ranging.sonar_map_config import SonarMapConfig
+from hslam_gvg.server import GvgServer
 from hslam_gvg.states import GvgError
 from hslam_report.explored import ExploredEdge, ExploredGraph, ExploredNode, Visit, true_meet_point
 from hslam_report.score import score_graph
@@ -221,17 +227,28 @@ class GivenIdentity:
         return None
 
 
-def explore(world_name: str, seed: int, beams: int, reach_m: float, limit_s: float) -> dict[str, Any]:
+def level_of(sensor: str) -> GvgLevel:
+    """Return the level for a sensor: `scan`, `ring` along the local graph, or `laws`, the ring by control laws."""
+    if sensor == "laws":
+        return GvgServer(GvgConfig())
+    if sensor == "ring":
+        return GraphFollower(RingFollowConfig(), SonarMapConfig(), RingGraphConfig())
+    return GraphFollower()
+
+
+def explore(world_name: str, seed: int, beams: int, reach_m: float, limit_s: float, sensor: str) -> dict[str, Any]:
     """Explore one floor with one seed; return what the table shows."""
     world = load_world(world_name, landmark_seed=seed)
-    config = SimulationConfiguration(lidar=LidarConfiguration(beams=beams, range_max_m=reach_m))
-    simulation, gvg, explorer = Simulation(world, config, seed), GraphFollower(), GivenIdentity()
+    config = SimulationConfiguration()
+    if sensor == "scan":
+        config = SimulationConfiguration(lidar=LidarConfiguration(beams=beams, range_max_m=reach_m))
+    simulation, gvg, explorer = Simulation(world, config, seed), level_of(sensor), GivenIdentity()
     command: Velocity | None = None
     driven_m, spent_s, steps, last = 0.0, 0.0, 0, world.start
     while not explorer.done and simulation.stamp_ns < limit_s * 1e9:
         base = simulation.step(command)
         began = time.process_time()
-        out = gvg.step(base.odom, base.scan)
+        out = gvg.step(base.odom, base.scan if sensor == "scan" else base.sonar)
         spent_s += time.process_time() - began
         steps += 1
         goal = explorer.step(out.events, base)
@@ -262,7 +279,7 @@ def explore(world_name: str, seed: int, beams: int, reach_m: float, limit_s: flo
     }
 
 
-def _explored(job: tuple[str, int, int, float, float]) -> dict[str, Any]:
+def _explored(job: tuple[str, int, int, float, float, str]) -> dict[str, Any]:
     try:
         return explore(*job)
     except HslamError as error:
@@ -273,6 +290,7 @@ def main() -> None:
     """Parse the command line and print the table; exit status 1 when a run failed or touched a wall."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("worlds", nargs="+")
+    parser.add_argument("--sensor", default="scan", choices=("scan", "ring", "laws"))
     parser.add_argument("--seeds", default="1", help="one seed or a range, such as 1-5")
     parser.add_argument("--beams", type=int, default=360)
     parser.add_argument("--reach", type=float, default=8.0, help="of the lidar, m")
@@ -282,7 +300,11 @@ def main() -> None:
     options = parser.parse_args()
     first, _, last = options.seeds.partition("-")
     seeds = range(int(first), int(last or first) + 1)
-    jobs = [(w, seed, options.beams, options.reach, options.time_limit) for w in options.worlds for seed in seeds]
+    jobs = [
+        (w, seed, options.beams, options.reach, options.time_limit, options.sensor)
+        for w in options.worlds
+        for seed in seeds
+    ]
     with Progress(console=Console(stderr=True)) as progress, ProcessPoolExecutor(options.jobs) as pool:
         rows = list(progress.track(pool.map(_explored, jobs), len(jobs), description="exploring"))
     good = [row for row in rows if "failed" not in row]

@@ -71,7 +71,7 @@ def groups_of(node: str, nodes: Mapping[str, Grouped], values: Mapping[str, Any]
     source = SourceConfig(
         **{entry.name: values[entry.name] for entry in SourceConfig.parameters() if entry.name in values}
     )
-    return (*nodes[node], *CONFIGURATIONS[source.source])
+    return (*nodes[node], *CONFIGURATIONS[source.level])
 
 
 def parameters(groups: Grouped) -> Iterator[Parameter]:

@@ -43,6 +43,27 @@ class FollowConfig(Configuration):
     return_s: float = parameter(90.0, "a way back to the node left that takes longer is given up", low=1.0,
         high=3600.0, unit="s")  # fmt: skip
     blocked_s: float = parameter(1.2, "stopped for so long, the robot backs off", low=0.1, high=60.0, unit="s")
+    listening_turn: float = parameter(
+        0.0, "turn to either side before a place is judged: what lies between sensors is heard",
+        low=0.0, high=1.5,
+        unit="rad",
+    )  # fmt: skip
+    listening_rad_s: float = parameter(0.5, "how fast that turn is", low=0.05, high=3.0, unit="rad/s")
     aligned: float = parameter(
         math.radians(4.0), "a turn to a branch ends within this angle", low=0.005, high=0.5, unit="rad"
     )
+
+
+@dataclass(frozen=True)
+class RingFollowConfig(FollowConfig):
+    """The same for a ring of sonars, which shows a place bit by bit."""
+
+    cruise_m_s: float = parameter(0.3, "speed along an edge", low=0.02, high=2.0, unit="m/s")
+    look_every_m: float = parameter(0.2, "travel between two looks at the local graph", low=0.05, high=2.0, unit="m")
+    look_back_m: float = parameter(2.5, "nodes passed unnoticed are found up to this far behind", low=0.0, high=5.0,
+        unit="m")  # fmt: skip
+    listening_turn: float = parameter(
+        0.4, "turn to either side before a place is judged: what lies between sensors is heard",
+        low=0.0, high=1.5,
+        unit="rad",
+    )  # fmt: skip

@@ -1,7 +1,7 @@
-"""The GVG level by a planar scanner: one object that a node, a bag loop or a simulation steps.
+"""The GVG level along the local graph: one object that a node, a bag loop or a simulation steps.
 
-Odometry and scans go in, a command and events come out.  What is seen becomes a local map, the map a local reduced
-graph, and the robot follows its branches; nodes are decided by the rules that define the truth.
+Odometry and scans, or sweeps of sonars, go in, a command and events come out.  What is seen or heard becomes a local
+map, the map a local reduced graph, and the robot follows its branches; nodes are decided by the truth's own rules.
 """
 
 import math
@@ -13,12 +13,17 @@ from hslam_gvg.driving.now import Now
 from hslam_gvg.driving.surroundings import Surroundings
 from hslam_gvg.driving.traversal import Traversal
 from hslam_gvg.follow_config import FollowConfig
+from hslam_gvg.guards.ring_guard import RingGuardConfig
 from hslam_gvg.local_graph.graph_config import LocalGraphConfig
+from hslam_gvg.ranging.local_map import LocalMap
 from hslam_gvg.ranging.scan_map_config import ScanMapConfig
+from hslam_gvg.ranging.scanned_map import ScannedMap
+from hslam_gvg.ranging.sonar_map import SonarMap
+from hslam_gvg.ranging.sonar_map_config import SonarMapConfig
 from hslam_gvg.states import GvgError, GvgOutput, GvgState
 from hslam_types.gvg_events import GoalKind, GvgGoal, NodeView
 from hslam_types.se2 import Array
-from hslam_types.sensing import OdometrySample, RangeScan
+from hslam_types.sensing import OdometrySample, RangeScan, SonarSweep
 
 
 class GraphFollower:
@@ -27,12 +32,14 @@ class GraphFollower:
     def __init__(
         self,
         config: FollowConfig | None = None,
-        mapping: ScanMapConfig | None = None,
+        mapping: ScanMapConfig | SonarMapConfig | None = None,
         graph: LocalGraphConfig | None = None,
+        guard: RingGuardConfig | None = None,
     ) -> None:
-        """Start idle, knowing nothing."""
+        """Start idle, knowing nothing; ``mapping`` tells by what sensor the map is drawn."""
         self.config = config or FollowConfig()
         self._mapping, self._graph = mapping or ScanMapConfig(), graph or LocalGraphConfig()
+        self._guard = guard or RingGuardConfig()
         self._traversal = Traversal()
         self._stamp_ns = 0
         self._lost = False
@@ -40,11 +47,16 @@ class GraphFollower:
         self._forget()
 
     def _forget(self) -> None:
-        self._around = Surroundings(self.config, self._mapping, self._graph)
+        self._around = Surroundings(self.config, self._new_map(), self._graph)
         self._handled, self._driver = Handled(), Driver()
         self.next_goal: GvgGoal | None = None
         """Goal taken but not begun."""
         self._decided_ns: int | None = None
+
+    def _new_map(self) -> LocalMap:
+        if isinstance(self._mapping, SonarMapConfig):
+            return SonarMap(self._mapping, self._guard, self.config.body_m)
+        return ScannedMap(self.config, self._mapping)
 
     @property
     def node(self) -> NodeView | None:
@@ -90,7 +102,7 @@ class GraphFollower:
             raise GvgError(f"cannot drive to ({goal.x_in_odom}, {goal.y_in_odom}): the target must be finite")
         self.next_goal, self._decided_ns = goal, decided_ns
 
-    def step(self, odom: OdometrySample, scan: RangeScan | None) -> GvgOutput:
+    def step(self, odom: OdometrySample, heard: RangeScan | SonarSweep | None) -> GvgOutput:
         """Take one cycle's inputs and return the command and what there is to announce; a cycle may have no scan."""
         traversal, around, driver = self._traversal, self._around, self._driver
         early_ns, self._stamp_ns = self._stamp_ns, odom.stamp_ns
@@ -102,8 +114,7 @@ class GraphFollower:
         around.move(odom.base_in_odom)
         along = around.step_m if driver.kind is GvgState.TRACING else 0.0
         traversal.advance(odom.base_in_odom.x, odom.base_in_odom.y, along)
-        if scan is not None:
-            around.hear(scan, attentive=driver.attentive)
+        around.hear(heard, odom, attentive=driver.attentive)
         now = Now(odom.stamp_ns, around, traversal, self._handled, self.config)
         command = driver.step(odom, now)
         return GvgOutput(command, tuple(traversal.events), driver.kind, dropped)
@@ -122,7 +133,7 @@ class GraphFollower:
             return ""
         self._traversal.give_up()
         if goal.kind is GoalKind.ACCESS:
-            self._driver.begin(Accessing(self._stamp_ns))
+            self._driver.begin(Accessing(self._stamp_ns, self._around.turned))
         elif goal.kind is GoalKind.STRAIGHT:
             self._driver.begin(GoingStraight(goal.x_in_odom, goal.y_in_odom))
         else:

@@ -47,8 +47,8 @@ class GvgNode(Node):
         super().__init__("gvg")
         self._config = declare(self, GvgNodeConfig)
         self._source = declare(self, SourceConfig)
-        groups = CONFIGURATIONS[self._source.source]
-        self._server = gvg_level(self._source.source, [declare(self, kind, prefix) for prefix, kind in groups])
+        groups = CONFIGURATIONS[self._source.level]
+        self._server = gvg_level(self._source.level, [declare(self, kind, prefix) for prefix, kind in groups])
         hold_ns = None if self._config.lockstep else round(self._config.hold_back_s * NS_PER_S)
         self._order = StepOrder(implicit=["ranges"], hold_ns=hold_ns)
         self._hearing = Hearing()

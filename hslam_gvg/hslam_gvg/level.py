@@ -5,10 +5,12 @@ from dataclasses import dataclass
 from typing import Any, Protocol, TypeVar
 
 from hslam_gvg.config import GvgConfig
-from hslam_gvg.follow_config import FollowConfig
+from hslam_gvg.follow_config import FollowConfig, RingFollowConfig
 from hslam_gvg.graph_follower import GraphFollower
-from hslam_gvg.local_graph.graph_config import LocalGraphConfig
+from hslam_gvg.guards.ring_guard import RingGuardConfig
+from hslam_gvg.local_graph.graph_config import LocalGraphConfig, RingGraphConfig
 from hslam_gvg.ranging.scan_map_config import ScanMapConfig
+from hslam_gvg.ranging.sonar_map_config import SonarMapConfig
 from hslam_gvg.server import GvgServer
 from hslam_gvg.states import GvgOutput
 from hslam_types.config import Configuration, parameter
@@ -20,6 +22,8 @@ from hslam_types.sensing import SCOUT_RING, OdometrySample, RangeScan, SonarSwee
 C = TypeVar("C", bound=Configuration)
 
 RING, SCAN = "ring", "scan"
+LAWS, GRAPH = "laws", "graph"
+RING_GRAPH = "ring by graph"
 
 
 @dataclass(frozen=True)
@@ -27,6 +31,9 @@ class SourceConfig(Configuration):
     """Which sensor shows the surroundings, and where it is mounted."""
 
     source: str = parameter(RING, "ring: hslam_msgs/SonarRing on `sonar`; scan: sensor_msgs/LaserScan on `scan`")
+    drive: str = parameter(
+        LAWS, "ring: by the paper's control laws (laws), or along the local graph (graph), as with a scanner always"
+    )
     scan_forward_m: float = parameter(
         0.0, "the scanner's place before base_link's origin", low=-5.0, high=5.0, unit="m"
     )
@@ -38,6 +45,13 @@ class SourceConfig(Configuration):
         super().__post_init__()
         if self.source not in (RING, SCAN):
             raise ConfigurationError(f"parameter 'source' must be {RING} or {SCAN}, not {self.source!r}")
+        if self.drive not in (LAWS, GRAPH):
+            raise ConfigurationError(f"parameter 'drive' must be {LAWS} or {GRAPH}, not {self.drive!r}")
+
+    @property
+    def level(self) -> str:
+        """Which level that makes, a key of `CONFIGURATIONS`."""
+        return SCAN if self.source == SCAN else RING_GRAPH if self.drive == GRAPH else RING
 
     @property
     def scanner_in_base(self) -> SE2:
@@ -48,8 +62,14 @@ class SourceConfig(Configuration):
 CONFIGURATIONS: Mapping[str, tuple[tuple[str, type[Configuration]], ...]] = {
     RING: (("", GvgConfig),),
     SCAN: (("", FollowConfig), ("map.", ScanMapConfig), ("graph.", LocalGraphConfig)),
+    RING_GRAPH: (
+        ("", RingFollowConfig),
+        ("map.", SonarMapConfig),
+        ("graph.", RingGraphConfig),
+        ("guard.", RingGuardConfig),
+    ),
 }
-"""By source: the configurations of the level, each with the prefix of its parameters' names."""
+"""By level (`SourceConfig.level`): the configurations of the level, each with the prefix of its parameters' names."""
 
 
 class GvgLevel(Protocol):
@@ -86,9 +106,17 @@ class GvgLevel(Protocol):
         """Take one cycle's inputs and return the command and what there is to announce."""
 
 
-def gvg_level(source: str, configurations: Sequence[Configuration]) -> GvgLevel:
-    """Return the level for a source, by its configurations in the order of `CONFIGURATIONS`."""
-    if source == SCAN:
+def gvg_level(level: str, configurations: Sequence[Configuration]) -> GvgLevel:
+    """Return a level of `CONFIGURATIONS`, by its configurations in their order there."""
+    if level == RING_GRAPH:
+        ring_follow, sonar, ring_graph, guard = configurations
+        return GraphFollower(
+            _of(RingFollowConfig, ring_follow),
+            _of(SonarMapConfig, sonar),
+            _of(RingGraphConfig, ring_graph),
+            _of(RingGuardConfig, guard),
+        )
+    if level == SCAN:
         follow, mapping, graph = configurations
         return GraphFollower(_of(FollowConfig, follow), _of(ScanMapConfig, mapping), _of(LocalGraphConfig, graph))
     return GvgServer(_of(GvgConfig, configurations[0]))
@@ -98,7 +126,7 @@ def level_from_mapping(values: Mapping[str, Any]) -> tuple[GvgLevel, SourceConfi
     """Return the level, and its source, by parameters as a node has them; raises ConfigurationError on a bad one."""
     own = {entry.name for entry in SourceConfig.parameters()}
     source = SourceConfig.from_mapping({name: value for name, value in values.items() if name in own})
-    groups = CONFIGURATIONS[source.source]
+    groups = CONFIGURATIONS[source.level]
     prefixes = [prefix for prefix, _ in groups if prefix]
     configurations = []
     for prefix, kind in groups:
@@ -109,7 +137,7 @@ def level_from_mapping(values: Mapping[str, Any]) -> tuple[GvgLevel, SourceConfi
             if name not in own and name.startswith(prefix) and not name.startswith(tuple(others))
         }
         configurations.append(kind.from_mapping(mine))
-    return gvg_level(source.source, configurations), source
+    return gvg_level(source.level, configurations), source
 
 
 class Hearing:

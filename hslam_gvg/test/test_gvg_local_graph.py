@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 from drawn_walls import ALCOVE, CROSSING, DEAD_END, L_CORNER, T_JUNCTION, Wall, points_of
 
-from hslam_gvg.local_graph.graph_config import LocalGraphConfig
-from hslam_gvg.local_graph.local_graph import LocalGraph, Mask, local_graph
+from hslam_gvg.local_graph.cuts import Mask
+from hslam_gvg.local_graph.gaps import OPEN, SHUT, UNKNOWN, Gaps
+from hslam_gvg.local_graph.graph_config import LocalGraphConfig, RingGraphConfig
+from hslam_gvg.local_graph.local_graph import LocalGraph, local_graph
 from hslam_gvg.local_graph.polyline import chord_bearing
 from hslam_types.se2 import Array
 
@@ -130,3 +132,45 @@ def test_ways_on_go_through_hidden_nodes_and_stop_at_others() -> None:
     towards = [f for f in (True, False) if graph.onwards(branch, index, f, 9.0, lambda _: False)[0].end == junction]
     assert len(towards) == 1
     assert len(graph.onwards(branch, index, towards[0], 9.0, lambda _: True)) == 2
+
+
+def graph_by_ring(state: int, gap_m: float = 1.0) -> LocalGraph:
+    """Return the graph of a corridor whose end has a gap in its middle, of which so much is known."""
+    half = 0.5 * gap_m
+    walls = ((-8, 1.2, 1.2, 1.2), (1.2, 1.2, 1.2, half), (1.2, -half, 1.2, -1.2), (1.2, -1.2, -8, -1.2))
+
+    def gaps(begin: Array, end: Array) -> Gaps:
+        return np.where(np.minimum(begin[:, 0], end[:, 0]) > 1.1, state, OPEN).astype(np.int8)
+
+    graph = local_graph(points_of(walls, step_m=0.04), all_known, -1.0, 0.0, RingGraphConfig(), gaps)
+    assert graph is not None
+    return graph
+
+
+def test_the_end_of_a_corridor_with_a_shut_gap_is_a_dead_end() -> None:
+    graph = graph_by_ring(SHUT)
+    (end,) = graph.nodes()
+    assert graph.degree(end) == 1
+    assert not graph.is_doubtful(end)
+
+
+def test_an_open_gap_leads_on() -> None:
+    graph = graph_by_ring(OPEN)
+    assert graph.nodes() == []
+    assert max(path[:, 0].max() for _, path in graph.paths()) > 2.0
+
+
+def test_an_end_beside_a_gap_that_nobody_knows_is_doubtful() -> None:
+    graph = graph_by_ring(UNKNOWN)
+    assert max(path[:, 0].max() for _, path in graph.paths()) < 1.3
+    assert all(graph.is_doubtful(number) for number in graph.nodes())
+    ends = [way.end for number in graph.nodes() for way in graph.ways(number)]
+    assert ends or not graph.nodes()
+
+
+def test_a_ridge_into_the_unknown_is_followed_while_the_space_is_free() -> None:
+    # Two walls heard up to x = 0, free space up to x = 1.5.
+    walls = ((-8, 1.2, 0, 1.2), (-8, -1.2, 0, -1.2))
+    graph = local_graph(points_of(walls, step_m=0.04), lambda x, _: x < 1.5, -1.0, 0.0, RingGraphConfig())
+    assert graph is not None
+    assert max(path[:, 0].max() for _, path in graph.paths()) == pytest.approx(1.45, abs=0.15)

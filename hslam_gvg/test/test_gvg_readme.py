@@ -5,14 +5,15 @@ from pathlib import Path
 import pytest
 
 from hslam_gvg.gvg_node import GvgNodeConfig
-from hslam_gvg.level import CONFIGURATIONS, RING, SCAN, SourceConfig
+from hslam_gvg.level import CONFIGURATIONS, SourceConfig
 from hslam_types.config import Configuration
 from hslam_types.config_table import markdown_row
 
 README = Path(__file__).parent.parent / "README.md"
 
 
-TABLES = [("", GvgNodeConfig), ("", SourceConfig), *CONFIGURATIONS[RING], *CONFIGURATIONS[SCAN]]
+LEVELS = [group for level in CONFIGURATIONS.values() for group in level]
+TABLES = [("", GvgNodeConfig), ("", SourceConfig), *LEVELS]
 
 
 @pytest.mark.parametrize(("prefix", "kind"), TABLES)

@@ -41,6 +41,8 @@ class Accessing:
     """Looking for the GVG from anywhere."""
 
     since_ns: int
+    turned: float
+    """The odometer's angle when it began (rad)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +63,8 @@ class Following:
     """The node at its end, by the last look."""
     is_exit: bool = True
     """Whether that end is where the known ends."""
+    is_doubtful: bool = False
+    """Whether it is not known all round yet."""
     missed: bool = False
     """Whether no way of the last look goes on with the path."""
     end_looks: int = 0
@@ -69,6 +73,17 @@ class Following:
     """How often another way was taken where the path had ended."""
     blocks: int = 0
     """How often the body was stopped."""
+    attended: bool = False
+    """Whether the robot has turned where the path ended."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Attending:
+    """Turning on the spot where a path has ended, to hear whether it goes on."""
+
+    then: Following
+    turned: float
+    """The odometer's angle when it began (rad)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -89,6 +104,8 @@ class Homing:
     """Whether the last look at it has moved it already."""
     stood: int = 0
     """Steps stood there."""
+    turned: float = 0.0
+    """The odometer's angle when that began (rad)."""
     blocks: int = 0
 
 
@@ -111,7 +128,7 @@ class BackingOff:
     steps: int
 
 
-Doing = Idle | Turning | Accessing | GoingStraight | Following | Homing | Returning | BackingOff
+Doing = Idle | Turning | Accessing | GoingStraight | Following | Attending | Homing | Returning | BackingOff
 
 KINDS: dict[type[Doing], GvgState] = {
     Idle: GvgState.IDLE,
@@ -119,6 +136,7 @@ KINDS: dict[type[Doing], GvgState] = {
     Accessing: GvgState.LISTENING,
     GoingStraight: GvgState.STRAIGHT,
     Following: GvgState.TRACING,
+    Attending: GvgState.TRACING,
     Homing: GvgState.HOMING,
     Returning: GvgState.BACKING,
     BackingOff: GvgState.RECOILING,

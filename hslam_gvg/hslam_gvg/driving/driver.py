@@ -7,6 +7,7 @@ from typing import Any
 from hslam_gvg.driving.doing import (
     KINDS,
     Accessing,
+    Attending,
     BackingOff,
     Doing,
     Following,
@@ -17,11 +18,10 @@ from hslam_gvg.driving.doing import (
     Turning,
     hindered,
 )
-from hslam_gvg.driving.follow import follow
+from hslam_gvg.driving.follow import attend, follow
 from hslam_gvg.driving.home import go_back, home
 from hslam_gvg.driving.now import Now, Step
 from hslam_gvg.driving.set_out import access, go_straight, turn
-from hslam_gvg.guards.body_guard import limited
 from hslam_gvg.stall import StallWatch
 from hslam_gvg.states import GvgState
 from hslam_types.sensing import OdometrySample, Velocity
@@ -47,6 +47,7 @@ STEPS: dict[type[Doing], Callable[[Any, Now], Step]] = {
     Accessing: access,
     GoingStraight: go_straight,
     Following: follow,
+    Attending: attend,
     Homing: home,
     Returning: go_back,
     BackingOff: back_off,
@@ -85,8 +86,7 @@ class Driver:
             now.around.touch(odom.base_in_odom.theta + ahead)
             self._recoil(self._stall.direction, HELD_STEPS, now)
         wanted, self.doing = STEPS[type(self.doing)](self.doing, now)
-        room_m = now.config.body_m + now.config.margin_m
-        command, blocked = limited(wanted, now.around.pose, now.around.near(), room_m)
+        command, blocked = now.around.limited(wanted)
         if not blocked:
             self._blocked_since_ns = None
         elif self._blocked_since_ns is None:

@@ -6,7 +6,8 @@ import math
 import numpy as np
 
 from hslam_gvg.driving.continuity import continued, unlike_m, ways_at
-from hslam_gvg.driving.doing import GIVE_UP_AFTER, Following, Homing, Idle, Returning, Stand
+from hslam_gvg.driving.doing import GIVE_UP_AFTER, Attending, Following, Homing, Idle, Returning, Stand
+from hslam_gvg.driving.listening import listening
 from hslam_gvg.driving.now import Now, Step
 from hslam_gvg.driving.pursuit import pursue
 from hslam_gvg.driving.traversal import TRAIL_STEP_M
@@ -70,7 +71,12 @@ def _looked(doing: Following, now: Now) -> Following:
     if way is None:
         return dataclasses.replace(doing, missed=True)
     return dataclasses.replace(
-        doing, path=way.path, hub=graph.hub(way.end), is_exit=graph.is_exit(way.end), missed=False
+        doing,
+        path=way.path,
+        hub=graph.hub(way.end),
+        is_exit=graph.is_exit(way.end),
+        is_doubtful=graph.is_doubtful(way.end),
+        missed=False,
     )
 
 
@@ -80,7 +86,9 @@ def _reached(doing: Following, now: Now) -> Hub | None:
     if hub is None or doing.is_exit or doing.missed or len(hub.ends) == 2:
         return None
     straight_m = math.hypot(hub.x - now.around.pose.x, hub.y - now.around.pose.y)
-    near_m = AT_M if len(hub.ends) > 1 else max(AT_M, min(now.config.end_tolerance_m, hub.clearance))
+    near_m = (
+        AT_M if len(hub.ends) > 1 or doing.is_doubtful else max(AT_M, min(now.config.end_tolerance_m, hub.clearance))
+    )
     near_enough = doing.blocks >= NEAR_ENOUGH_AFTER and straight_m < NEAR_ENOUGH_M
     return hub if min(_rest_m(doing, now), straight_m) < near_m or near_enough else None
 
@@ -106,8 +114,19 @@ def _rest_m(doing: Following, now: Now) -> float:
     return length_m(doing.path[index:]) + off_m
 
 
+def attend(doing: Attending, now: Now) -> Step:
+    """Turn until the place has been heard from all round, then go on along the path if it does not end there."""
+    turn = listening(doing.turned, now)
+    if turn is not None:
+        return Step(turn, doing)
+    return Step(Velocity(), _looked(doing.then, now))
+
+
 def _at_end(doing: Following, now: Now) -> Step:
     """Take any way of the graph that does not lead back; else the edge ends here, or never was one."""
+    if now.config.listening_turn > 0.0 and not doing.attended:
+        then = dataclasses.replace(doing, attended=True, blocks=0)
+        return Step(Velocity(), Attending(then, now.around.turned))
     if doing.anew < ANEW:
         now.around.look()
         if (other := _another_way(doing, now)) is not None:
@@ -137,7 +156,7 @@ def _another_way(doing: Following, now: Now) -> Following | None:
     if best is None:
         return None
     way = best[1]
-    return Following(way.path, graph.hub(way.end), graph.is_exit(way.end), anew=doing.anew + 1)
+    return Following(way.path, graph.hub(way.end), graph.is_exit(way.end), anew=doing.anew + 1, attended=doing.attended)
 
 
 def _trodden(path: Array, trail: Array) -> bool:

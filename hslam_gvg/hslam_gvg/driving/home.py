@@ -7,6 +7,7 @@ import numpy as np
 
 from hslam_gvg.driving.doing import GIVE_UP_AFTER, Following, Homing, Idle, Returning, Stand
 from hslam_gvg.driving.follow import homing_on
+from hslam_gvg.driving.listening import listening
 from hslam_gvg.driving.now import Now, Step
 from hslam_gvg.driving.pursuit import approach, pursue
 from hslam_gvg.local_graph.polyline import apart_m, chord_bearing
@@ -18,7 +19,7 @@ from hslam_voronoi.branch_graph import Hub
 APPROACH_S = 12.0
 HINDERED = 3
 """Stopped so often, or for so long on the way, the robot looks at the node from where it is."""
-STOOD = 3
+STOOD, LISTENING_STEPS = 3, 160
 """Steps that a scan of the place needs to come in."""
 SAME_M, SAME_CLEARANCES = 0.3, 0.6
 """A node of the new look this near to the one homed on is that one."""
@@ -40,8 +41,11 @@ def home(doing: Homing, now: Now) -> Step:
     hopeful = doing.stood == 0 and now.since_s(doing.since_ns) < APPROACH_S and doing.blocks < HINDERED
     if hopeful and away_m > near_m and now.around.line_is_clear(doing.x, doing.y):
         return Step(approach(doing.x, doing.y, now.around, now.config), doing)
-    if doing.stood + 1 < STOOD:
-        return Step(Velocity(), dataclasses.replace(doing, stood=doing.stood + 1))
+    if doing.stood == 0:
+        doing = dataclasses.replace(doing, turned=now.around.turned)
+    turn = listening(doing.turned, now)
+    if doing.stood + 1 < STOOD or (turn is not None and doing.stood < LISTENING_STEPS):
+        return Step(turn or Velocity(), dataclasses.replace(doing, stood=doing.stood + 1))
     now.around.look()
     return _judged(doing, now)
 
@@ -90,7 +94,8 @@ def _same(doing: Homing, now: Now) -> int | None:
     for number in graph.nodes():
         hub = graph.hub(number)
         away_m = math.hypot(hub.x - doing.x, hub.y - doing.y)
-        if away_m < max(SAME_M, SAME_CLEARANCES * max(doing.clearance_m, hub.clearance)):
+        unheard = len(hub.ends) == 1 and graph.is_doubtful(number) and not doing.returned
+        if not unheard and away_m < max(SAME_M, SAME_CLEARANCES * max(doing.clearance_m, hub.clearance)):
             near.append((away_m, number))
     return min(near)[1] if near else None
 

@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from hslam_gvg.driving.doing import Accessing, Following, GoingStraight, Idle, Turning
+from hslam_gvg.driving.listening import listening
 from hslam_gvg.driving.now import Now, Step
 from hslam_gvg.driving.pursuit import approach
 from hslam_gvg.driving.traversal import Leg
@@ -22,8 +23,8 @@ TURN_S = 15.0
 SHORT = 3
 """Points of a way that leads hardly anywhere."""
 DIRECTION_M = 0.8
-LEFT_ALONE_M, LEFT_ALONE_CLEARANCES = 2.0, 1.5
-"""The node left is not noticed again for so much travel."""
+LEFT_ALONE_M, LEFT_ALONE_CLEARANCES = 0.8, 1.5
+"""The node left is not noticed again for so much travel; the first adds to how far the robot looks back."""
 STRAIGHT_BLOCKS = 2
 
 
@@ -35,7 +36,7 @@ def turn(doing: Turning, now: Now) -> Step:
         return Step(turn_to(pose, bearing, now.config.turn_rad_s), doing)
     now.traversal.depart(Leg(node, doing.branch, doing.at.paths))
     now.handled.clear()
-    until_m = now.around.travel_m + max(LEFT_ALONE_M, LEFT_ALONE_CLEARANCES * node.clearance_m)
+    until_m = now.around.travel_m + max(now.config.look_back_m + LEFT_ALONE_M, LEFT_ALONE_CLEARANCES * node.clearance_m)
     now.handled.add(node.x_in_odom, node.y_in_odom, max(0.3, node.clearance_m), until_m)
     return Step(Velocity(), Following(doing.at.paths[doing.branch]))
 
@@ -45,6 +46,9 @@ def access(doing: Accessing, now: Now) -> Step:
     waited_s = now.since_s(doing.since_ns)
     if waited_s <= LISTENED_S:
         return Step(Velocity(), doing)
+    to_side = listening(doing.turned, now)
+    if to_side is not None and waited_s < now.config.access_s:
+        return Step(to_side, doing)
     around = now.around
     around.look()
     way = _way_in_reach(around.graph, now) if around.graph is not None else None

@@ -1,17 +1,18 @@
 """What the robot knows round itself: the map, the graph made of it at the last look, and how far it has travelled."""
 
 import math
+from typing import Any
 
 import numpy as np
 
 from hslam_gvg.follow_config import FollowConfig
+from hslam_gvg.guards.body_guard import limited
 from hslam_gvg.local_graph.graph_config import LocalGraphConfig
 from hslam_gvg.local_graph.local_graph import LocalGraph, local_graph
+from hslam_gvg.ranging.local_map import LocalMap
 from hslam_gvg.ranging.odometer import Odometer
-from hslam_gvg.ranging.scan_map import ScanMap
-from hslam_gvg.ranging.scan_map_config import ScanMapConfig
-from hslam_types.se2 import SE2, Array, wrap
-from hslam_types.sensing import RangeScan
+from hslam_types.se2 import SE2, Array
+from hslam_types.sensing import OdometrySample, Velocity
 
 NEAR_M = 0.8
 """Obstacles farther off do not matter to the next moves."""
@@ -22,10 +23,10 @@ FEW_POINTS = 4
 class Surroundings:
     """Owns the local map; everything in odom (m, rad)."""
 
-    def __init__(self, config: FollowConfig, mapping: ScanMapConfig, graph: LocalGraphConfig) -> None:
-        """Begin knowing nothing."""
+    def __init__(self, config: FollowConfig, local_map: LocalMap, graph: LocalGraphConfig) -> None:
+        """Begin with a map that knows nothing."""
         self._config, self._graph_config = config, graph
-        self.map = ScanMap(mapping)
+        self.map = local_map
         self._odometer = Odometer(config.metres_per_radian)
         self.pose = SE2()
         self.graph: LocalGraph | None = None
@@ -33,13 +34,16 @@ class Surroundings:
         self.points: Array = np.zeros((0, 2))
         """The obstacle points as of the last look, n x 2."""
         self._looked_m = -math.inf
-        self._heard_from: SE2 | None = None
-        self._latest: Array = np.zeros((0, 2))
 
     @property
     def travel_m(self) -> float:
         """The odometer's reading."""
         return self._odometer.travel_m
+
+    @property
+    def turned(self) -> float:
+        """The angle (rad) turned so far, either way."""
+        return self._odometer.turned
 
     @property
     def step_m(self) -> float:
@@ -51,14 +55,9 @@ class Surroundings:
         self.pose = base_in_odom
         self._odometer.move(base_in_odom)
 
-    def hear(self, scan: RangeScan, *, attentive: bool) -> None:
-        """Take a scan; while the robot hardly moves only an attentive one puts every scan into the map."""
-        answered = np.isfinite(scan.ranges) & (scan.ranges < NEAR_M + self._config.body_m)
-        ends = scan.ranges[answered, None] * np.column_stack((np.cos(scan.bearings), np.sin(scan.bearings)))[answered]
-        self._latest = (self.pose @ scan.sensor_in_base).apply_all(ends)
-        if attentive or self._moved():
-            self._heard_from = self.pose
-            self.map.hear(scan, self.pose, self.travel_m)
+    def hear(self, heard: Any, odom: OdometrySample, *, attentive: bool) -> None:
+        """Take what the sensor said in one cycle; an attentive robot minds all of it, though it hardly moves."""
+        self.map.hear(heard, odom, self.travel_m, attentive=attentive)
 
     def touch(self, bearing: float) -> None:
         """Note that the body was held by something in a direction (rad)."""
@@ -75,7 +74,7 @@ class Surroundings:
             self.graph = None
             return
         x, y, _ = self.pose
-        self.graph = local_graph(self.points, self.map.grid.is_free, x, y, self._graph_config)
+        self.graph = local_graph(self.points, self.map.is_free, x, y, self._graph_config, self.map.gaps)
 
     def look_is_due(self) -> bool:
         """Whether the robot has travelled far enough since the last look."""
@@ -92,10 +91,16 @@ class Surroundings:
         return float(np.hypot(points[:, 0] - x, points[:, 1] - y).min(initial=math.inf))
 
     def near(self) -> Array:
-        """Return the obstacles that matter to the next moves: of the map, and of the newest scan."""
+        """Return the obstacles that matter to the next moves: of the map, and of the latest answers."""
         x, y, _ = self.pose
-        points = np.concatenate((self.points, self._latest))
+        points = np.concatenate((self.points, self.map.recent()))
         return points[(np.abs(points[:, 0] - x) < NEAR_M) & (np.abs(points[:, 1] - y) < NEAR_M)]
+
+    def limited(self, wanted: Velocity) -> tuple[Velocity, bool]:
+        """Return the command that keeps the body off what is known or suspected, and whether it was stopped."""
+        command, blocked = limited(wanted, self.pose, self.near(), self._config.body_m + self._config.margin_m)
+        command, doubted = self.map.limited(command, self.pose, self.points)
+        return command, blocked or doubted
 
     def line_is_clear(self, x: float, y: float) -> bool:
         """Whether the body passes straight to a place, or at least comes no nearer to anything than it is."""
@@ -111,10 +116,3 @@ class Surroundings:
         least = float(np.hypot(off_x - share * dx, off_y - share * dy).min())
         now = float(np.hypot(off_x, off_y).min())
         return least >= self._config.body_m + self._config.margin_m + 0.01 or least >= now - 0.005
-
-    def _moved(self) -> bool:
-        last, config = self._heard_from, self._config
-        if last is None:
-            return True
-        way = math.hypot(self.pose.x - last.x, self.pose.y - last.y)
-        return way > config.hear_every_m or abs(wrap(self.pose.theta - last.theta)) > config.hear_every_rad

@@ -9,11 +9,13 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import Delaunay
 
+from hslam_gvg.local_graph import cuts
+from hslam_gvg.local_graph.cuts import Indices, IsFree
+from hslam_gvg.local_graph.gaps import SHUT, UNKNOWN, Gaps
 from hslam_gvg.local_graph.graph_config import LocalGraphConfig
 from hslam_gvg.local_graph.polyline import resampled
 from hslam_gvg.voronoi_graph import circumcircles, ridge_clearance, ridges
@@ -23,14 +25,14 @@ from hslam_voronoi.chains import joined_chains
 from hslam_voronoi.reduction import reduce
 from hslam_voronoi.rules import ReductionRules
 
-Mask = npt.NDArray[np.bool_]
-Indices = npt.NDArray[np.int64]
-IsFree = Callable[[Array, Array], Mask]
+GapsBetween = Callable[[Array, Array], Gaps]
 
 SITES, FAR, FAR_COUNT = 1.2, 3.0, 24
 """Points out to so many horizons shape the graph; a ring of far points, farther out, closes the triangulation."""
-EXIT_M = 0.3
-"""An exit lies so far along the ridge that leads into the unknown."""
+DOUBTS = 1.2
+"""Gaps within so many clearances of a node lie beside it."""
+ACROSS_M = 0.03
+"""A ridge whose clearance is hardly more than half the gap of its points goes through that gap, not beside it."""
 RULES = ReductionRules()
 
 
@@ -46,9 +48,9 @@ class Way(NamedTuple):
 class LocalGraph:
     """Nodes by number; a node is a meet point, a dead end, or an exit into what is not known."""
 
-    def __init__(self, graph: BranchGraph, exits: frozenset[int]) -> None:
-        """Take a reduced graph and those of its nodes that are exits."""
-        self._graph, self._exits = graph, exits
+    def __init__(self, graph: BranchGraph, exits: frozenset[int], doubts: Array) -> None:
+        """Take a reduced graph, those of its nodes that are exits, and the middles of gaps nobody knows (n x 2, m)."""
+        self._graph, self._exits, self._doubts = graph, exits, doubts
         self._paths = {number: resampled(branch.path) for number, branch in graph.branches.items()}
 
     def hub(self, number: int) -> Hub:
@@ -58,6 +60,11 @@ class LocalGraph:
     def is_exit(self, number: int) -> bool:
         """Whether a node is where the known ends."""
         return number in self._exits
+
+    def is_doubtful(self, number: int) -> bool:
+        """Whether a node has a gap beside it of which nobody knows whether it is a way."""
+        hub, doubts = self._graph.hubs[number], self._doubts
+        return bool((np.hypot(doubts[:, 0] - hub.x, doubts[:, 1] - hub.y) < DOUBTS * hub.clearance).any())
 
     def degree(self, number: int) -> int:
         """Return how many ways leave a node."""
@@ -103,8 +110,13 @@ class LocalGraph:
         return Way(path if end == 0 else path[::-1], self._graph.branches[branch].node(1 - end))
 
 
-def local_graph(points: Array, is_free: IsFree, x: float, y: float, config: LocalGraphConfig) -> LocalGraph | None:
-    """Return the part nearest to (x, y) of the graph of obstacle points (n x 2, m, odom); None where there is none."""
+def local_graph(
+    points: Array, is_free: IsFree, x: float, y: float, config: LocalGraphConfig, gaps: GapsBetween | None = None
+) -> LocalGraph | None:
+    """Return the part nearest to (x, y) of the graph of obstacle points (n x 2, m, odom); None where there is none.
+
+    ``gaps`` tells what is known of the gaps that ridges go through (their ends: n x 2, n x 2); without it all are open.
+    """
     clearance = float(np.hypot(points[:, 0] - x, points[:, 1] - y).min(initial=math.inf))
     wanted = max(config.horizon_least_m, config.horizon_clearances * clearance + 2.0)
     horizon = min(config.horizon_m, wanted)
@@ -112,9 +124,16 @@ def local_graph(points: Array, is_free: IsFree, x: float, y: float, config: Loca
     mesh = Delaunay(sites)
     centre, radius = circumcircles(sites[mesh.simplices])
     first, second, side = ridges(mesh.simplices, mesh.neighbors)
-    clear, apart = ridge_clearance(sites[side[:, 0]], sites[side[:, 1]], centre[first], centre[second])
+    begin, end = sites[side[:, 0]], sites[side[:, 1]]
+    clear, apart = ridge_clearance(begin, end, centre[first], centre[second])
     # The ends of a side a body cannot pass are one obstacle, unless they are seen far apart: a corner.
     kept = (clear >= config.passable_m) & (apart >= np.minimum(2.0 * config.passable_m, clear))
+    doubted = np.zeros(len(kept), bool)
+    if gaps is not None:
+        across = np.flatnonzero(kept & (clear < 0.5 * apart + ACROSS_M))
+        known_of = gaps(begin[across] + (x, y), end[across] + (x, y))
+        kept[across] = known_of != SHUT
+        doubted[across] = known_of == UNKNOWN
     within = np.einsum("ij,ij->i", centre, centre) < horizon * horizon
     known = within.copy()
     known[within] = is_free(centre[within, 0] + x, centre[within, 1] + y)
@@ -123,7 +142,20 @@ def local_graph(points: Array, is_free: IsFree, x: float, y: float, config: Loca
         return None
     links = np.column_stack((first[kept], second[kept])).astype(np.int64)
     vertices = np.column_stack((centre, radius))
-    return _reduced(*_with_exits(vertices, links, known, within), x, y)
+    doubts = np.zeros((0, 2))
+    if config.into_free_m > 0.0:
+        middle = np.column_stack((0.5 * (begin + end), 0.5 * apart))[kept]
+        vertices, links, ends = cuts.in_gaps(vertices, links, known, middle, doubted[kept])
+        sites_of = np.concatenate((begin[kept][~doubted[kept]], np.zeros((len(ends), 2))))
+        known = np.concatenate((known, np.ones(len(ends), bool)))
+        vertices, links, beyond = cuts.at_end_of_free(
+            vertices, links, known, sites_of, lambda px, py: is_free(px + x, py + y), config, horizon
+        )
+        cut = vertices, links, beyond | ends
+        doubts = vertices[list(ends), :2] + (x, y)
+    else:
+        cut = cuts.at_vertices(vertices, links, known, within)
+    return _reduced(*cut, doubts, x, y)
 
 
 def _sites(points: Array, x: float, y: float, horizon: float, cell_m: float) -> Array:
@@ -137,24 +169,7 @@ def _sites(points: Array, x: float, y: float, horizon: float, cell_m: float) -> 
     return np.concatenate((mean, FAR * horizon * np.column_stack((np.cos(angle), np.sin(angle)))))
 
 
-def _with_exits(vertices: Array, links: Indices, known: Mask, within: Mask) -> tuple[Array, Indices, dict[int, float]]:
-    """Give each link that leaves the known an exit of its own; return also how far (m) it may go on, by exit."""
-    extra: list[Array] = []
-    beyond: dict[int, float] = {}
-    for column in (1, 0):
-        for row in np.flatnonzero(~known[links[:, column]]):
-            inside, outside = vertices[links[row, 1 - column]], vertices[links[row, column]]
-            way = outside[:2] - inside[:2]
-            share = min(1.0, EXIT_M / max(math.hypot(*way), 1e-9))
-            number = len(vertices) + len(extra)
-            # What lies beyond the horizon is known to the map; what is unknown may at least be as wide as its mouth.
-            beyond[number] = math.inf if not within[links[row, column]] else float(inside[2]) + EXIT_M
-            extra.append(np.array([*(inside[:2] + share * way), inside[2]]))
-            links[row, column] = number
-    return np.vstack([vertices, *extra]), links, beyond
-
-
-def _reduced(points: Array, links: Indices, beyond: dict[int, float], x: float, y: float) -> LocalGraph:
+def _reduced(points: Array, links: Indices, beyond: dict[int, float], doubts: Array, x: float, y: float) -> LocalGraph:
     """Return the reduction of the part that passes nearest to the origin, moved to (x, y)."""
     begin, end = points[links[:, 0], :2], points[links[:, 1], :2]
     along = end - begin
@@ -169,4 +184,4 @@ def _reduced(points: Array, links: Indices, beyond: dict[int, float], x: float, 
     if not graph.hubs:  # a lone ring: it has no node, and is cut where it begins so that it can be followed
         graph = joined_chains(moved, links, nodes={int(links[0, 0])})
     reduce(graph, RULES, beyond)
-    return LocalGraph(graph, frozenset(beyond.keys() & graph.hubs.keys()))
+    return LocalGraph(graph, frozenset(beyond.keys() & graph.hubs.keys()), doubts)

@@ -16,6 +16,8 @@ class Odometer:
         """Way driven and turned so far."""
         self.step_m = 0.0
         """Way driven in the last step, turning left out."""
+        self.turned = 0.0
+        """Angle (rad) turned so far, either way."""
 
     def move(self, base_in_odom: SE2) -> None:
         """Take the next pose."""
@@ -23,4 +25,6 @@ class Odometer:
         if last is None:
             return
         self.step_m = math.hypot(base_in_odom.x - last.x, base_in_odom.y - last.y)
-        self.travel_m += self.step_m + self._metres_per_radian * abs(wrap(base_in_odom.theta - last.theta))
+        turned = abs(wrap(base_in_odom.theta - last.theta))
+        self.turned += turned
+        self.travel_m += self.step_m + self._metres_per_radian * turned

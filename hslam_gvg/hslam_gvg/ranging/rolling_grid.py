@@ -5,6 +5,7 @@ Cells lie on a lattice fixed in odom, so that nothing is resampled when the squa
 
 import math
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 
@@ -14,6 +15,8 @@ UNKNOWN, FREE, OCCUPIED = 0, 1, 2
 Cells = npt.NDArray[np.int64]
 Mask = npt.NDArray[np.bool_]
 
+SUBCELL = 4
+"""Binary digits of a cell's fraction in which OpenCV takes a polygon's corners."""
 ROLL_AFTER_CELLS = 20
 """The square moves in strides: each one copies the whole grid."""
 
@@ -56,6 +59,20 @@ class RollingGrid:
         """Note that the cells of a mask were seen to be free."""
         self.state[mask] = FREE
         self.seen_m[mask] = odometer_m
+
+    def free_inside(self, corners: Array, odometer_m: float) -> None:
+        """Note that the cells within a convex polygon (n x 2, m) were seen to be free; obstacles there go."""
+        scaled = corners / self.cell_m - np.array([self.column_0 + 0.5, self.row_0 + 0.5])
+        low = np.maximum(np.floor(scaled.min(axis=0)).astype(int), 0)
+        high = np.minimum(np.ceil(scaled.max(axis=0)).astype(int) + 1, self.size)
+        if (high <= low).any():
+            return
+        mask = np.zeros((high[1] - low[1], high[0] - low[0]), np.uint8)
+        fixed = np.round((scaled - low) * 2**SUBCELL).astype(np.int32)
+        cv2.fillConvexPoly(mask, fixed, 1, lineType=cv2.LINE_8, shift=SUBCELL)
+        box, inside = np.s_[low[1] : high[1], low[0] : high[0]], mask.astype(bool)
+        self.state[box][inside] = FREE
+        self.seen_m[box][inside] = odometer_m
 
     def occupy(self, points: Array, odometer_m: float) -> None:
         """Note obstacle points (n x 2)."""

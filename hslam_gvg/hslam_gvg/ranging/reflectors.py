@@ -1,0 +1,134 @@
+"""Where on its arc each echo came from: candidates, each a piece of wall that faces the sonar, weighed by all pings.
+
+A wall answers a sonar that it faces (Leonard and Durrant-Whyte 1992), so every other ping says something of a
+candidate: its echo agrees, which supports it; or it was fired along the candidate's normal and went past, which
+contradicts it.  A wall met askew is never charged with silence.  An echo that a proven reflector explains has no
+other cause.
+"""
+
+import math
+
+import numpy as np
+
+from hslam_gvg.ranging.cone_ping import ConePing
+from hslam_gvg.ranging.rolling_grid import Mask
+from hslam_types.se2 import Array
+
+CAPACITY = 700
+OFFSETS = np.linspace(-1.0, 1.0, 7)
+"""Where on its arc an echo is placed on trial, in half cones from the axis."""
+TOLERANCE_M, TOLERANCE_SHARE = 0.05, 0.02
+"""A range agrees with a distance within these (an inch of rounding, 1 % of noise, odometry)."""
+RIM_SLACK = math.radians(1.0)
+ASIDE_M = 0.45
+"""A flat wall is heard as its piece by who stands no farther than so off the piece's normal."""
+FACED, FACED_M = math.cos(math.radians(22.0)), 2.5
+"""A wall that faces a sonar within this angle surely answers (specular above 25 to 30 degrees), from this near."""
+PAST_M = 0.2
+CONTRADICTED = 1.4
+"""What one contradiction weighs, in supports."""
+LEVEL = 0.6
+"""Candidates within so much of the best share the echo's place."""
+PROVEN = 4.0
+"""So much support makes a reflector that may explain other echoes."""
+EXPLAINED_M, BESIDE_M = 0.06, 0.15
+LOBE, SIDE_LOBE, SIDE_LOBE_M = math.cos(math.radians(20.0)), math.cos(math.radians(42.0)), 1.5
+"""A wall is heard by the rim of a lobe, and from near by a side lobe out to where flat walls were measured to echo."""
+LONELY_M = 1.2
+"""An echo with one witness, and nothing against it, is believed from this near."""
+X, Y, AXIS, RANGE, HALF, BORN = range(6)
+
+
+class Reflectors:
+    """Echoes in memory with their candidates; places in odom (m)."""
+
+    def __init__(self, reach_m: float, memory_m: float, need: float) -> None:
+        """Begin empty; ``need`` is the support that makes an echo a reflector."""
+        self._reach_m, self._memory_m, self._need = reach_m, memory_m, need
+        self._count = 0
+        self._echo = np.zeros((6, CAPACITY))
+        """Transducer, axis, range, half cone, odometer reading."""
+        self._candidate = np.zeros((4, CAPACITY, len(OFFSETS)))
+        """Place x, y and normal x, y of each candidate; the normal points to the sonar."""
+        self._support = np.zeros((CAPACITY, len(OFFSETS)))
+        self._against = np.zeros((CAPACITY, len(OFFSETS)))
+
+    def weigh(self, ping: Array) -> None:
+        """Let a new ping (8, as `PingMemory` keeps it) speak for and against every candidate."""
+        n = self._count
+        support, against = _witness(self._candidate[:, :n], ping)
+        self._support[:n] += support
+        self._against[:n] += against
+
+    def add(self, ping: ConePing, pings: Array, odometer_m: float) -> None:
+        """Add the echo of a ping, weighed by the pings so far (8 x n, itself among them)."""
+        if not ping.range_m < self._reach_m:
+            return
+        self._forget(odometer_m)
+        n, azimuth = self._count, ping.axis + OFFSETS * ping.half_cone
+        c, s = np.cos(azimuth), np.sin(azimuth)
+        self._echo[:, n] = ping.x, ping.y, ping.axis, ping.range_m, ping.half_cone, odometer_m
+        self._candidate[:, n] = ping.x + ping.range_m * c, ping.y + ping.range_m * s, -c, -s
+        support, against = _witness(self._candidate[:, n, :, None], pings[:, None, :])
+        self._support[n] = np.count_nonzero(support, axis=1) - 1  # its own
+        self._against[n] = np.count_nonzero(against, axis=1)
+        self._count = n + 1
+
+    def points(self, odometer_m: float) -> Array:
+        """Return the places of the echoes that are believed, n x 2."""
+        n = self._count
+        rows = np.flatnonzero(self._echo[BORN, :n] > odometer_m - self._memory_m)
+        if len(rows) == 0:
+            return np.zeros((0, 2))
+        echo, support, against = self._echo[:, rows], self._support[rows], self._against[rows]
+        score = support - CONTRADICTED * against - 0.06 * np.abs(OFFSETS)
+        best = score.argmax(axis=1)
+        each = np.arange(len(rows))
+        top, heard, denied = score[each, best], support[each, best], against[each, best]
+        level = score >= top[:, None] - LEVEL
+        azimuth = echo[AXIS] + echo[HALF] * (level @ OFFSETS) / np.count_nonzero(level, axis=1)
+        places = np.column_stack((echo[X] + echo[RANGE] * np.cos(azimuth), echo[Y] + echo[RANGE] * np.sin(azimuth)))
+        believed = (heard >= self._need) & (top >= 0.75 * self._need)
+        proven = believed & (heard >= PROVEN)
+        lonely = ~believed & (denied <= 1.0) & (heard >= 1.0) & (echo[RANGE] < LONELY_M)
+        explained = np.zeros(len(rows), bool)
+        doubtful = ~proven & (believed | lonely)
+        explained[doubtful] = _explained(echo[:, doubtful], places[doubtful], places[proven])
+        chosen: Array = places[(believed | lonely) & ~explained]
+        return chosen
+
+    def _forget(self, odometer_m: float) -> None:
+        if self._count < CAPACITY:
+            return
+        kept = np.flatnonzero(self._echo[BORN] > odometer_m - self._memory_m)
+        kept = kept[-(CAPACITY * 4 // 5) :]
+        n = self._count = len(kept)
+        self._echo[:, :n], self._candidate[:, :n] = self._echo[:, kept], self._candidate[:, kept]
+        self._support[:n], self._against[:n] = self._support[kept], self._against[kept]
+
+
+def _witness(candidates: Array, pings: Array) -> tuple[Mask, Mask]:
+    """Return what pings (8 first) say for and what against candidates (4 first), as the two broadcast."""
+    px, py, nx, ny = candidates
+    x, y, ux, uy, heard, _, rim, core = pings
+    dx, dy = px - x, py - y
+    distance = np.sqrt(dx * dx + dy * dy) + 1e-9
+    on_axis, facing = (dx * ux + dy * uy) / distance, -(dx * nx + dy * ny) / distance
+    aside = distance * np.sqrt(np.maximum(1.0 - facing * facing, 0.0))
+    agrees = np.abs(distance - heard) < TOLERANCE_M + TOLERANCE_SHARE * heard
+    support = agrees & (on_axis > rim - RIM_SLACK * np.sqrt(1.0 - rim * rim)) & (facing > 0.0) & (aside < ASIDE_M)
+    against = (heard > distance + PAST_M) & (on_axis > core) & (facing > FACED) & (distance < FACED_M)
+    return support, against
+
+
+def _explained(echo: Array, places: Array, proven: Array) -> Mask:
+    """Return which echoes (6 x n) a proven reflector (m x 2) accounts for that is not the place itself (n x 2)."""
+    dx, dy = proven[:, 0] - echo[X][:, None], proven[:, 1] - echo[Y][:, None]
+    distance = np.sqrt(dx * dx + dy * dy) + 1e-9
+    heard, axis = echo[RANGE][:, None], echo[AXIS][:, None]
+    on_axis = (dx * np.cos(axis) + dy * np.sin(axis)) / distance
+    within = on_axis > np.where(heard < SIDE_LOBE_M, SIDE_LOBE, LOBE)
+    agrees = np.abs(distance - heard) < EXPLAINED_M + TOLERANCE_SHARE * heard
+    apart = np.hypot(proven[:, 0] - places[:, 0, None], proven[:, 1] - places[:, 1, None]) > BESIDE_M
+    explained: Mask = (within & agrees & apart).any(axis=1)
+    return explained

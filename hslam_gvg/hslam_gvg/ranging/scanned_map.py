@@ -1,0 +1,73 @@
+"""The scanner's map as the driving wants it: which scans are mapped, and what the newest one shows near the body."""
+
+import math
+
+import numpy as np
+
+from hslam_gvg.follow_config import FollowConfig
+from hslam_gvg.local_graph.gaps import OPEN, Gaps
+from hslam_gvg.ranging.rolling_grid import Mask
+from hslam_gvg.ranging.scan_map import ScanMap
+from hslam_gvg.ranging.scan_map_config import ScanMapConfig
+from hslam_types.se2 import SE2, Array, wrap
+from hslam_types.sensing import OdometrySample, RangeScan, Velocity
+
+NEAR_M = 0.8
+"""Ends farther from the body do not matter to the next moves."""
+
+
+class ScannedMap:
+    """A `hslam_gvg.ranging.local_map.LocalMap` by scans."""
+
+    def __init__(self, config: FollowConfig, mapping: ScanMapConfig) -> None:
+        """Begin with nothing known."""
+        self._config = config
+        self._map = ScanMap(mapping)
+        self._heard_from: SE2 | None = None
+        self._recent: Array = np.zeros((0, 2))
+
+    def hear(self, heard: RangeScan | None, odom: OdometrySample, odometer_m: float, *, attentive: bool) -> None:
+        """Take a scan, if there is one; while the robot hardly moves only an attentive one maps every scan."""
+        if heard is None:
+            return
+        base = odom.base_in_odom
+        answered = np.isfinite(heard.ranges) & (heard.ranges < NEAR_M + self._config.body_m)
+        directions = np.column_stack((np.cos(heard.bearings), np.sin(heard.bearings)))
+        ends = heard.ranges[answered, None] * directions[answered]
+        self._recent = (base @ heard.sensor_in_base).apply_all(ends)
+        if attentive or self._moved(base):
+            self._heard_from = base
+            self._map.hear(heard, base, odometer_m)
+
+    def touch(self, x: float, y: float, odometer_m: float) -> None:
+        """Note an obstacle that the body met and the scanner does not see."""
+        self._map.touch(x, y, odometer_m)
+
+    def obstacle_points(self) -> Array:
+        """Return what is taken for obstacles, n x 2."""
+        return self._map.obstacle_points()
+
+    def is_free(self, x: Array, y: Array) -> Mask:
+        """Return which points lie in cells known to be free."""
+        return self._map.grid.is_free(x, y)
+
+    def gaps(self, begin: Array, end: Array) -> Gaps:
+        """Return that all gaps are open: a scanner draws walls whole."""
+        del end
+        return np.full(len(begin), OPEN, np.int8)
+
+    def recent(self) -> Array:
+        """Return the ends of the newest scan near the body, n x 2."""
+        return self._recent
+
+    def limited(self, wanted: Velocity, base_in_odom: SE2, obstacles: Array) -> tuple[Velocity, bool]:
+        """Return the command as it is: what a scanner does not see it has no doubts about."""
+        del base_in_odom, obstacles
+        return wanted, False
+
+    def _moved(self, base: SE2) -> bool:
+        last, config = self._heard_from, self._config
+        if last is None:
+            return True
+        way = math.hypot(base.x - last.x, base.y - last.y)
+        return way > config.hear_every_m or abs(wrap(base.theta - last.theta)) > config.hear_every_rad
