@@ -3,7 +3,10 @@
 import math
 import os
 import signal
+import sqlite3
 import subprocess
+from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -104,10 +107,77 @@ def test_a_bag_without_what_an_atlas_is_made_of_is_refused(tmp_path: Path) -> No
         rebuilt(tmp_path / "bag", tmp_path / "out")
 
 
-def test_a_bag_that_cannot_be_read_costs_no_earlier_atlas(tmp_path: Path) -> None:
-    (tmp_path / "atlas.db").write_bytes(b"precious")
-    status, _, err = outcome(hslam("rebuild", str(tmp_path / "no_bag"), "--out", str(tmp_path), "--force"))
+def damaged(path: Path) -> Path:
+    """Return a bag whose messages begin well and break off in a damaged chunk."""
+    with Bag(SAMPLES / "small_world_1") as bag:
+        copy(bag, path, span_s=(0.0, 60.0))
+    (file,) = path.glob("*.mcap")
+    data = bytearray(file.read_bytes())
+    middle = len(data) // 2
+    data[middle : middle + 64] = bytes(byte ^ 0xFF for byte in data[middle : middle + 64])
+    file.write_bytes(data)
+    return path
+
+
+def without_odometry(path: Path) -> Path:
+    """Return a bag of events alone."""
+    with Bag(SAMPLES / "small_world_1") as bag:
+        copy(bag, path, TopicChoice(("/gvg/events", "/landmarks")), span_s=(0.0, 60.0))
+    return path
+
+
+def absent(path: Path) -> Path:
+    """Return the name of no bag."""
+    return path
+
+
+@pytest.mark.parametrize("bag", [absent, without_odometry, damaged])
+@pytest.mark.parametrize("earlier", [b"precious", None])
+def test_a_bag_that_makes_no_atlas_costs_no_earlier_one(
+    tmp_path: Path, bag: Callable[[Path], Path], earlier: bytes | None
+) -> None:
+    out = tmp_path / "out"
+    out.mkdir()
+    if earlier is not None:
+        (out / "atlas.db").write_bytes(earlier)
+        (out / "atlas.db-wal").write_bytes(earlier)
+    before = {path.name: path.read_bytes() for path in out.iterdir()}
+    status, _, err = outcome(hslam("rebuild", str(bag(tmp_path / "bag")), "--out", str(out), "--force"))
     assert status == 1
     assert err.count("\n") == 1
-    assert "no_bag" in err
-    assert (tmp_path / "atlas.db").read_bytes() == b"precious"
+    assert "bag" in err
+    assert {path.name: path.read_bytes() for path in out.iterdir()} == before
+
+
+def test_a_rebuilt_atlas_takes_the_place_of_the_earlier_one(tmp_path: Path) -> None:
+    """And of what a killed process left beside it, or of a rebuild that was killed."""
+    with Bag(SAMPLES / "small_world_1") as bag:
+        copy(bag, tmp_path / "bag", span_s=(0.0, 60.0))
+    expected = atlas_dump(rebuilt(tmp_path / "bag", tmp_path / "new"))
+    out = tmp_path / "out"
+    out.mkdir()
+    for name in ("atlas.db", "atlas.db-wal", "atlas.db-journal"):
+        (out / name).write_bytes(b"old" * 500)
+    (out / "atlas.db.part").write_bytes((tmp_path / "new" / "atlas.db").read_bytes())
+    status, _, err = outcome(hslam("rebuild", str(tmp_path / "bag"), "--out", str(out), "--force"))
+    assert (status, err) == (0, "")
+    assert [path.name for path in out.iterdir()] == ["atlas.db"]
+    assert atlas_dump(out / "atlas.db") == expected
+
+
+@pytest.mark.parametrize("content", [b"", b"no database" * 500, None])
+def test_comparing_does_not_change_what_is_compared(tmp_path: Path, content: bytes | None) -> None:
+    """An empty file, anything, another program's database."""
+    path = tmp_path / "other.db"
+    if content is None:
+        with closing(sqlite3.connect(path)) as db:
+            db.execute("CREATE TABLE addresses (name TEXT)")
+    else:
+        path.write_bytes(content)
+    before = path.read_bytes()
+    status, _, err = outcome(hslam("compare", str(path), str(path)))
+    assert status == 1
+    assert err.count("\n") == 1
+    assert "other.db" in err
+    assert path.read_bytes() == before
+    assert [file.name for file in tmp_path.iterdir()] == ["other.db"]

@@ -195,12 +195,12 @@ def rebuild(
     from hslam_bags.bag import Bag
     from hslam_bringup.bag_loop import rebuild_atlas
     from hslam_bringup.node_parameters import ALGORITHMS, check_settings
-    from hslam_bringup.run_options import ATLAS_FILES, RunOptions, parse_settings, prepare_output
+    from hslam_bringup.run_options import ATLAS_FILES, RunOptions, make_output, parse_settings
 
     options = RunOptions("", 0, out, parse_settings(settings or (), ("ekf", "atlas")))
     check_settings(options.settings, ALGORITHMS)
-    with Bag(bag) as opened:  # the earlier atlas goes only for one that can be made
-        prepare_output(out, force=force, results=ATLAS_FILES)
+    with Bag(bag) as opened:
+        make_output(out, ATLAS_FILES, force=force)
         with console.status(f"reading {bag}"):
             cycles = rebuild_atlas(opened, options)
     console.print(f"{cycles} cycles, the atlas is {options.atlas}")

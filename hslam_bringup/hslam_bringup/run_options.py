@@ -117,8 +117,21 @@ def parse_settings(assignments: Sequence[str], nodes: Sequence[str]) -> dict[str
     return settings
 
 
-def prepare_output(out: Path, *, force: bool, results: Sequence[str] = _LEFT_BY_A_RUN) -> None:
-    """Make a folder for results; earlier ones of these names are removed if ``force`` is given, and nothing else is.
+def prepare_output(out: Path, *, force: bool) -> None:
+    """Make a folder for a run; what an earlier one left is removed if ``force`` is given, and nothing else is.
+
+    Raises RunError where there is such and ``force`` is not given.
+    """
+    earlier = make_output(out, _LEFT_BY_A_RUN, force=force)
+    try:
+        for path in earlier:
+            shutil.rmtree(path) if path.is_dir() and not path.is_symlink() else path.unlink()
+    except OSError as error:
+        raise RunError(f"cannot write to {out}: {error.strerror}") from error
+
+
+def make_output(out: Path, results: Sequence[str], *, force: bool) -> list[Path]:
+    """Make a folder for results of these names and return the earlier ones in it, which are left as they are.
 
     Raises RunError where there are such and ``force`` is not given.
     """
@@ -128,7 +141,6 @@ def prepare_output(out: Path, *, force: bool, results: Sequence[str] = _LEFT_BY_
         raise RunError(f"{out} already holds a run ({names}); choose another --out or give --force")
     try:
         out.mkdir(parents=True, exist_ok=True)
-        for path in earlier:
-            shutil.rmtree(path) if path.is_dir() and not path.is_symlink() else path.unlink()
     except OSError as error:
         raise RunError(f"cannot write to {out}: {error.strerror}") from error
+    return earlier

@@ -10,6 +10,7 @@ from hslam_bringup.run_options import (
     SCANNED,
     RunOptions,
     check_landmarks,
+    make_output,
     parse_settings,
     prepare_output,
     robot_settings,
@@ -62,9 +63,11 @@ def test_force_removes_what_a_run_leaves_and_nothing_else(filled: Path) -> None:
     assert [path.name for path in filled.iterdir()] == ["notes.txt"]
 
 
-def test_an_atlas_is_replaced_beside_the_bag_it_is_built_from(filled: Path) -> None:
-    prepare_output(filled, force=True, results=ATLAS_FILES)
-    assert not (filled / "atlas.db").exists()
+def test_a_place_for_an_atlas_is_made_and_nothing_removed(filled: Path) -> None:
+    with pytest.raises(RunError, match=r"holds a run \(atlas\.db\)"):
+        make_output(filled, ATLAS_FILES, force=False)
+    assert make_output(filled, ATLAS_FILES, force=True) == [filled / "atlas.db"]
+    assert (filled / "atlas.db").read_bytes() == b"learnt"
     assert (filled / "bag" / "bag_0.mcap").read_bytes() == b"recorded"
 
 
