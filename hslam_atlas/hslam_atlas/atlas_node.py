@@ -23,7 +23,7 @@ from hslam_ros.parameters import declare
 from hslam_ros.qos import CYCLE, EVENTS
 from hslam_ros.spin import run
 from hslam_ros.stamps import NS_PER_S
-from hslam_ros.step_order import Cycle, StepOrder
+from hslam_ros.step_order import TIME, Cycle, StepOrder
 from hslam_types import edge_map, gvg_events
 from hslam_types.answer import Answer
 from hslam_types.config import Configuration, parameter
@@ -113,6 +113,10 @@ class AtlasNode(Node):
             self._step(self._cycles.pop(0))
 
     def _step(self, cycle: Cycle) -> None:
+        for stream, what in cycle.anew.items():
+            self.get_logger().warning(f"{stream}: {what}")
+        if cycle.anew.keys() & {TIME, "events"}:
+            self._server.lose()
         events: tuple[gvg_events.GvgEvent, ...] = cycle.inputs["events"]
         maps = tuple(item for item in cycle.inputs["maps"] if isinstance(item, edge_map.EdgeMap))
         links = tuple(item for item in cycle.inputs["maps"] if isinstance(item, edge_map.FrameLink))

@@ -72,6 +72,11 @@ class AtlasServer:
         if self.mission is not None:
             self.mission.refused()
 
+    def lose(self) -> None:
+        """Be told that what is under way will not be announced to its end: where the robot is has to show."""
+        self.mapper.lose()
+        self.refused()
+
     def step(
         self, events: tuple[GvgEvent, ...], edge_maps: tuple[EdgeMap, ...], links: tuple[FrameLink, ...]
     ) -> AtlasOutput:

@@ -243,6 +243,25 @@ def test_a_refused_goal_does_not_end_the_mission(staged: Staged) -> None:
     assert [goal.kind for goal in pair.rest.goals] == [GoalKind.ACCESS]
 
 
+@pytest.mark.parametrize("broken", ["time", "gvg"])
+def test_where_time_or_gvg_begins_anew_the_robot_has_to_find_itself(staged: Staged, broken: str) -> None:
+    """In the middle of an edge: what was under way is lost, and the GVG is asked for again."""
+    pair = staged(Pair)
+    pair.rest.open_actions()
+    base = walker()
+    pair.cycle(0, None)
+    for step in base.follow(pair.rest.goals[-1]):
+        pair.cycle(step.stamp_ns, step)
+    departure = base.follow(pair.rest.goals[-1])[0]
+    pair.cycle(departure.stamp_ns, departure)
+    mapper, asked = pair.atlas._server.mapper, len(pair.rest.goals)
+    assert mapper.underway is not None
+    pair.rest._said["events"] = 0
+    pair.cycle(1 if broken == "time" else departure.stamp_ns + 10**9, None)
+    assert (pair.atlas._server.mapper.underway, pair.atlas._server.mapper.here) == (None, None)
+    assert [goal.kind for goal in pair.rest.goals[asked:]] == [GoalKind.ACCESS]
+
+
 def test_what_is_out_of_reach_is_told_at_the_end(staged: Staged) -> None:
     pair = staged(Pair, mission="none")
     pair.rest.open_actions()

@@ -15,6 +15,7 @@ from hslam_ekf import ekf_messages
 from hslam_ekf.config import EkfConfig
 from hslam_ekf.server import EkfOutput, EkfServer
 from hslam_ros import conversions
+from hslam_ros.continuity import Continuity
 from hslam_ros.door import Door
 from hslam_ros.parameters import declare
 from hslam_ros.qos import CYCLE, EVENTS, LATCHED, sensor_subscription
@@ -58,6 +59,7 @@ class EkfNode(Node):
         self._server = EkfServer(self._ekf_config)
         hold_ns = None if self._config.lockstep else round(self._config.hold_back_s * NS_PER_S)
         self._order = StepOrder(promised={"landmarks": CYCLE.depth, "events": EVENTS.depth}, hold_ns=hold_ns)
+        self._continuity = Continuity()
         self._outputs = 0
         self._next_pose_ns = self._next_map_ns = 0
         self._create_publishers()
@@ -122,6 +124,7 @@ class EkfNode(Node):
             self._answer(cycle.stamp_ns, "blind")
             return
         odom: OdometrySample = cycle.clock
+        self._look_for_breaks(cycle)
         *late, view = cycle.inputs["landmarks"] or (None,)
         if late:
             self.get_logger().warning(f"{len(late)} late looks dropped", throttle_duration_sec=5.0)
@@ -133,6 +136,20 @@ class EkfNode(Node):
             self._next_map_ns = cycle.stamp_ns + round(self._config.map_every_s * NS_PER_S)
             scale = self._config.ellipse_scale
             self._map.publish(ekf_messages.map_to_msg(cycle.stamp_ns, traversal.sequence, traversal.filter, scale))
+
+    def _look_for_breaks(self, cycle: Cycle) -> None:
+        """Begin anew where time, the GVG level or odometry has: a traversal across that would be no map of anything."""
+        broken = {stream: what for stream, what in cycle.anew.items() if stream != "landmarks"}
+        if jumped := self._continuity.broken_by(cycle.clock):
+            broken["odom"] = jumped
+        if broken:
+            said = "; ".join(f"{stream}: {what}" for stream, what in broken.items())
+            self.get_logger().warning(f"{said}; lost, and the traversal is forgotten")
+            self._forget()
+
+    def _forget(self) -> None:
+        self._server = EkfServer(self._ekf_config)
+        self._next_pose_ns = self._next_map_ns = 0
 
     def _publish_maps(self, stamp_ns: int, out: EkfOutput) -> None:
         for edge_map in out.edge_maps:
@@ -159,7 +176,7 @@ class EkfNode(Node):
         self._tf.publish(ekf_messages.odom_in_edge_to_msg(at, out.traversal, where, odom.base_in_odom))
 
     def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        self._server = EkfServer(self._ekf_config)
+        self._forget()
         response.success, response.message = True, "traversal and rotation bias forgotten"
         return response
 

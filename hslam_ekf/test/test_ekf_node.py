@@ -191,3 +191,31 @@ def test_what_is_refused_is_answered_and_told_and_the_traversal_goes_on(staged: 
     pose, covariance = before.filter.pose()
     assert math.hypot(pose.x - steps[-1].base_in_map.x, pose.y - steps[-1].base_in_map.y) < 0.5
     assert np.isfinite(covariance).all()
+
+
+@pytest.mark.parametrize("broken", ["time", "gvg", "pose"])
+def test_what_begins_anew_loses_the_traversal_and_the_next_one_is_mapped(staged: Staged, broken: str) -> None:
+    """A bag that loops, gvg started again, a base that was carried away."""
+    pair = staged(Pair)
+    steps = short_drive()
+    half = len(steps) // 2
+    pair.lock_step(steps[:half])
+    assert pair.rest.statuses[-1].state == "mapping"
+    later = steps[half]
+    if broken == "time":
+        for source in pair.rest._said:
+            pair.rest._said[source] = 0
+    elif broken == "gvg":
+        pair.rest._said["gvg"] = 0
+        pair.lock_step([later])
+    else:
+        x, y, theta = later.odom.base_in_odom
+        pair.lock_step([replace(later, odom=replace(later.odom, base_in_odom=SE2(x + 5.0, y, theta)))])
+    if broken != "time":
+        assert pair.rest.statuses[-1].state == "waiting"
+        return
+    pair.rest.poses.clear()
+    pair.lock_step(steps)
+    pair.spin_until(lambda: len(pair.rest.edge_maps) == 1)
+    assert pair.rest.poses
+    assert pair.rest.edge_maps[0].terminal_x == pytest.approx(6.0, abs=0.1)

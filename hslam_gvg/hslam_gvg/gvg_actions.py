@@ -66,6 +66,7 @@ class GvgActions:
     def reset(self) -> None:
         """Reset the server; the goal under way is aborted."""
         self._server.reset()
+        self._next_feedback_ns = 0
         if self._handle is not None:
             self._finish(success=False, message="reset", event=0)
 

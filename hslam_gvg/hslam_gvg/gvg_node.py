@@ -16,13 +16,14 @@ from hslam_gvg.gvg_actions import GvgActions
 from hslam_gvg.level import CONFIGURATIONS, RING, Hearing, SourceConfig, gvg_level
 from hslam_gvg.local_map_message import local_map_to_msg
 from hslam_ros import conversions
+from hslam_ros.continuity import Continuity
 from hslam_ros.door import Door
 from hslam_ros.parameters import declare
 from hslam_ros.qos import CYCLE, EVENTS, LATCHED, sensor_subscription
 from hslam_ros.scan_conversion import scan_from_msg
 from hslam_ros.spin import run
 from hslam_ros.stamps import NS_PER_S
-from hslam_ros.step_order import Cycle, StepOrder
+from hslam_ros.step_order import TIME, Cycle, StepOrder
 from hslam_types import gvg_events
 from hslam_types.config import Configuration, parameter
 from hslam_types.sensing import OdometrySample, RangeScan, SonarSweep, Velocity
@@ -52,6 +53,7 @@ class GvgNode(Node):
         hold_ns = None if self._config.lockstep else round(self._config.hold_back_s * NS_PER_S)
         self._order = StepOrder(implicit=["ranges"], hold_ns=hold_ns)
         self._hearing = Hearing()
+        self._continuity = Continuity()
         self._events_said = 0
         self._next_map_ns = 0
         self._command = self.create_publisher(TwistStamped, "cmd_vel", CYCLE)
@@ -103,6 +105,11 @@ class GvgNode(Node):
             self._answer(cycle.stamp_ns, Velocity(), (), "blind")
             return
         odom: OdometrySample = cycle.clock
+        broken = cycle.anew.get(TIME) or self._continuity.broken_by(odom)
+        if broken:
+            self.get_logger().warning(f"{broken}; lost, and the local map is forgotten")
+            self._actions.reset()
+            self._next_map_ns = 0
         out = self._server.step(odom, self._join(cycle.stamp_ns, cycle.inputs["ranges"]))
         self._answer(cycle.stamp_ns, out.command, out.events, out.state.value)
         self._actions.after_step(out, cycle.stamp_ns)

@@ -255,3 +255,25 @@ def test_what_is_refused_stops_the_robot_for_a_cycle_and_is_told(pair: Pair) -> 
     assert commands[-1].twist.linear.x > 0.0
     assert pair.rest.statuses[-1].state == "straight"
     assert pair.rest.statuses[-1].detail == "refused messages: odom 1, sonar 1"
+
+
+@pytest.mark.parametrize("broken", ["time", "pose"])
+def test_what_begins_anew_is_a_loss_and_goals_are_taken_again(pair: Pair, broken: str) -> None:
+    """A clock that is set, a base that is carried away: the goal is aborted and LOST announced, once."""
+    pair.stamp_ns = 10**12
+    pair.cycle()
+    handle = pair.send(pair.rest.access, AccessGvg.Goal())
+    pair.cycle()
+    assert pair.rest.statuses[-1].state == "listening"
+    if broken == "time":
+        pair.stamp_ns = 10**9
+    carried = SE2(7.0, 0.0, 0.0) if broken == "pose" else SE2()
+    pair.cycle(odom=carried)
+    assert pair.rest.statuses[-1].state == "idle"
+    assert not pair.result(handle).success
+    pair.cycle(odom=carried)
+    pair.spin_until(lambda: bool(pair.rest.events))
+    assert [event.kind for event in pair.rest.events] == [GvgEvent.LOST]
+    pair.send(pair.rest.access, AccessGvg.Goal())
+    pair.cycle(odom=carried)
+    assert pair.rest.statuses[-1].state == "listening"

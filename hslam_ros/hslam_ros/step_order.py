@@ -22,6 +22,8 @@ from typing import Any
 from hslam_ros.stream import ImplicitStream, PromisedStream, Stream
 from hslam_types.errors import MessageError
 
+TIME = "time"
+"""What the clock itself is called where it begins anew."""
 _NEAR_NS = 1_000_000_000
 """How far ahead of the clock the stamp of a refused message is still believed."""
 
@@ -36,7 +38,7 @@ class Cycle:
     skipped: bool = False
     """Whether the clock's message was refused: there is nothing to do but to answer; the inputs wait for the next."""
     anew: Mapping[str, str] = field(default_factory=dict)
-    """What shows that a stream's source was started again since the last cycle, by stream."""
+    """What shows that a source was started again since the last cycle, by stream; by `TIME` stamps that went back."""
 
 
 class StepOrder:
@@ -67,6 +69,7 @@ class StepOrder:
         if stamp_ns == self._now_ns:
             raise MessageError(f"header.stamp = {stamp_ns * 1e-9:.3f} s is that of the message before")
         if stamp_ns < self._now_ns:
+            self._anew[TIME] = f"stamps went back from {self._now_ns * 1e-9:.2f} s to {stamp_ns * 1e-9:.2f} s"
             self._clock.clear()
             for entry in self._streams.values():
                 entry.turn_back(stamp_ns + _NEAR_NS)

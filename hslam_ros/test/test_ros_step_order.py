@@ -7,8 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hslam_ros.step_order import Cycle, StepOrder
+from hslam_ros.continuity import Continuity
+from hslam_ros.step_order import TIME, Cycle, StepOrder
 from hslam_types.errors import MessageError
+from hslam_types.se2 import SE2
+from hslam_types.sensing import OdometrySample
 
 
 def test_a_cycle_waits_for_an_implicit_stream() -> None:
@@ -116,3 +119,45 @@ def test_a_message_that_repeats_the_stamp_of_the_clock_is_refused() -> None:
     with pytest.raises(MessageError, match="that of the message before"):
         order.tick(10, "odom")
     assert len(list(order.ready())) == 1
+
+
+def test_stamps_that_go_back_begin_anew_and_are_told_once() -> None:
+    order = StepOrder(implicit=["sonar"])
+    for stamp_ns in (1_000, 2_000):
+        order.tick(stamp_ns * 10**9)
+        order.put("sonar", stamp_ns * 10**9, stamp_ns)
+    assert [dict(cycle.anew) for cycle in order.ready()] == [{}, {}]
+    for stamp_ns in (3, 4):
+        order.tick(stamp_ns * 10**9)
+        order.put("sonar", stamp_ns * 10**9, stamp_ns)
+    again, after = order.ready()
+    assert again.anew == {TIME: "stamps went back from 2000.00 s to 3.00 s"}
+    assert (again.inputs, dict(after.anew)) == ({"sonar": (3,)}, {})
+
+
+def test_a_count_that_goes_down_tells_that_its_source_was_started_again() -> None:
+    order = StepOrder(promised={"events": 10})
+    order.promise("events", 10, 0)
+    order.tick(10)
+    order.put("events", 20, "old")
+    order.promise("events", 20, 1)
+    order.tick(20)
+    assert [cycle.inputs["events"] for cycle in order.ready()] == [(), ("old",)]
+    order.promise("events", 30, 0)
+    order.tick(30)
+    (cycle,) = order.ready()
+    assert list(cycle.anew) == ["events"]
+    order.promise("events", 40, 1)
+    order.tick(40)
+    assert not list(order.ready())
+    order.put("events", 40, "new")
+    (cycle,) = order.ready()
+    assert (cycle.inputs["events"], dict(cycle.anew)) == (("new",), {})
+
+
+@pytest.mark.parametrize(("x", "stamp_ns", "jumped"), [(0.9, 1, False), (1.1, 1, True), (3.9, 10**9, False)])
+def test_a_pose_that_jumps_is_told_unless_the_base_may_have_driven(x: float, stamp_ns: int, *, jumped: bool) -> None:
+    continuity = Continuity()
+    assert not continuity.broken_by(OdometrySample(0, SE2(100.0, 0.0, 0.0)))
+    assert bool(continuity.broken_by(OdometrySample(stamp_ns, SE2(100.0, x, 1.0)))) is jumped
+    assert not continuity.broken_by(OdometrySample(stamp_ns, SE2(100.0, x, 1.0)))
