@@ -33,17 +33,19 @@ def floor(seed: int) -> CorridorFloor:
     return furnish(wean_hall(), np.random.default_rng(2000 + seed))
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", [0, 1, 3])
 def test_an_edge_that_passed_nodes_unnoticed_is_taken_apart(seed: int) -> None:
-    """The first drives pass every node they can; when later ones stop there, the long edges go."""
+    """The first drives pass nodes; when later ones stop there, the long edges go and links remain of them.
+
+    Of seeds by which every node is stopped at in the end: one that is always passed cannot be known.
+    """
     end = explore_after_mishaps(floor(seed), 7, seed, replace(CALM, node_missed=0.7), 4)
     assert end.finished
     assert end.false_closures() == 0
-    known = {min(places) for places in end.true_nodes().values()}
-    longest = max(edge.path_length_m for edge in end.server.state.graph.edges.values())
-    if known == set(end.walker.floor.nodes):
-        assert end.is_isomorphic()
-        assert longest < 65.0
+    assert end.is_isomorphic()
+    graph = end.server.state.graph
+    assert graph.links
+    assert max(edge.path_length_m for edge in graph.edges.values()) < 65.0
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -60,17 +62,13 @@ def test_invented_branches_are_found_out(seed: int) -> None:
     )
 
 
-def test_a_robot_that_was_lost_is_found_again() -> None:
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_robot_that_was_lost_is_found_again(seed: int) -> None:
     """After a loss it arrives somewhere without a map: a new node, until a drive shows which one it is."""
-    seeds = range(6)
-    ends = [explore_after_mishaps(floor(9), 0, seed, replace(CALM, degree_misread=1.0), 6) for seed in seeds]
-    lost = 0
-    for end in ends:
-        assert end.false_closures() == 0
-        arrivals = sum(len(node.visits) for node in end.server.state.graph.nodes.values())
-        lost += int(arrivals > 0 and end.walker.losses > 0)
-        assert end.is_isomorphic()
-    assert lost > 0
+    end = explore_after_mishaps(floor(9), 0, seed, replace(CALM, degree_misread=1.0), 6)
+    assert end.walker.losses > 0
+    assert end.false_closures() == 0
+    assert end.is_isomorphic()
 
 
 def at_a_node() -> tuple[EdgeWalker, AtlasServer, GvgGoal]:
