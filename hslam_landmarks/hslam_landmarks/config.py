@@ -28,7 +28,7 @@ class ScanLandmarksConfig(Configuration):
     """Parameters of the extraction; defaults hold for scanners of 0.25 to 1 degree and 5 to 30 mm."""
 
     look_every: int = parameter(3, "scans from one look to the next", low=1, high=1000)
-    range_max_m: float = parameter(6.0, "farthest landmark told", low=0.5, high=100.0, unit="m")
+    range_max_m: float = parameter(10.0, "farthest landmark told", low=0.5, high=100.0, unit="m")
     range_std_m: float = parameter(0.015, "standard deviation of a beam's range", low=0.001, high=0.5, unit="m")
     split_m: float = parameter(
         0.05,
@@ -54,9 +54,9 @@ class ScanLandmarksConfig(Configuration):
         0.2, "of two landmarks nearer than this only the better known is told", low=0.0, high=2.0, unit="m"
     )
     worst_std_m: float = parameter(
-        0.12, "a landmark less well known than this in any direction is not told", low=0.01, high=1.0, unit="m"
+        0.2, "a landmark less well known than this in any direction is not told", low=0.01, high=1.0, unit="m"
     )
     still_std_m: float = parameter(
-        0.01, "error that stays from look to look (walls are not straight), added to each landmark's", low=0.0,
+        0.015, "error that stays from look to look (walls are not straight), added to each landmark's", low=0.0,
         high=0.5, unit="m",
     )  # fmt: skip

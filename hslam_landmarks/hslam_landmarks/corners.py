@@ -16,7 +16,7 @@ from hslam_types.se2 import Array
 
 _BESIDE = 4
 """Returns beside a face's end that are looked at."""
-_EDGE_ON = math.sin(math.radians(12.0))
+_EDGE_ON = math.sin(math.radians(8.0))
 """A face seen at less than this angle does not tell where it would have gone on."""
 
 
