@@ -4,19 +4,16 @@ Of several unexplored branches of the node the robot is at, the one that turns m
 one region, closes the small loops and leaves no dead end behind to come back for.
 """
 
-import heapq
-
 from hslam_atlas.graph import AtlasGraph
 from hslam_atlas.merge import branch_partners
 from hslam_atlas.questions import Questions
+from hslam_atlas.routes import outward
 from hslam_atlas.state import AtlasState
 from hslam_atlas.whereabouts import Here
 from hslam_types.se2 import wrap
 
 _PLAUSIBLE = -3.0
 """Evidence (nats) from which an open question is worth a drive."""
-_PER_NODE_M = 6.0
-"""What stopping at one more node costs, in metres."""
 
 
 def next_branch(state: AtlasState, questions: Questions, here: Here) -> int | None:
@@ -57,29 +54,7 @@ def _towards_unexplored(graph: AtlasGraph, here: Here) -> int | None:
     if free:
         back = None if here.come is None else branches[here.come].bearing
         return min(free, key=lambda key: 0.0 if back is None else abs(wrap(branches[key].bearing - back)))
-    queue: list[tuple[float, int, int]] = []
-    for key in here.keys:
-        _push(graph, queue, 0.0, here.node, key, key)
-    done = {here.node}
-    while queue:
-        cost, node_id, first = heapq.heappop(queue)
-        if node_id in done:
-            continue
-        done.add(node_id)
-        node = graph.nodes[node_id]
-        if any(branch.unexplored for branch in node.branches.values()):
-            return first
-        for key in node.branches:
-            _push(graph, queue, cost, node_id, key, first)
+    for reached in outward(graph, here.node, here.keys):
+        if any(branch.unexplored for branch in graph.nodes[reached.node].branches.values()):
+            return reached.first
     return None
-
-
-def _push(
-    graph: AtlasGraph, queue: list[tuple[float, int, int]], cost: float, node_id: int, key: int, first: int
-) -> None:
-    """Queue the node a branch leads to."""
-    edge_id = graph.nodes[node_id].branches[key].edge
-    if edge_id is not None:
-        edge = graph.edges[edge_id]
-        far = edge.ends[1 - edge.end_at(node_id, key)]
-        heapq.heappush(queue, (cost + edge.path_length_m + _PER_NODE_M, far.node, first))

@@ -11,7 +11,9 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
+from hslam_bringup import errand_commands
 from hslam_bringup.linear_algebra import hold_to_one_thread
+from hslam_bringup.robots import Robot
 from hslam_types.errors import HslamError
 
 app = typer.Typer(
@@ -22,6 +24,8 @@ app = typer.Typer(
 )
 bag_app = typer.Typer(help="Look into bags and repair damaged ones.", no_args_is_help=True)
 app.add_typer(bag_app, name="bag")
+app.command()(errand_commands.navigate)
+app.command()(errand_commands.localise)
 console = Console()
 
 World = Annotated[str, typer.Argument(help="wean_hall_6, small_world, a world YAML or a map_server YAML")]
@@ -30,14 +34,6 @@ Settings = Annotated[
     Optional[list[str]], typer.Option("--set", help="NODE.PARAMETER=VALUE, e.g. ekf.accept_gate=9.0; repeatable")
 ]
 Topics = Annotated[Optional[list[str]], typer.Option("--topic", help="only topics of this name or pattern; repeatable")]
-
-
-class Robot(StrEnum):
-    """Which base a run drives."""
-
-    SIM = "sim"
-    TURTLEBOT = "turtlebot"
-    SCOUT = "scout"
 
 
 class Landmarks(StrEnum):

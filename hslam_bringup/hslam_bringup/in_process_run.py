@@ -3,11 +3,9 @@
 Gives the same atlas, bit for bit, as separate processes, and is several times faster.
 """
 
-import dataclasses
 import math
 import resource
 from collections.abc import Callable
-from typing import Any
 
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Bool
@@ -22,6 +20,7 @@ from hslam_bringup.progress import Snapshot
 from hslam_bringup.run_options import SCANNED, RunOptions
 from hslam_bringup.run_record import RunRecord
 from hslam_bringup.run_report import RunEnd
+from hslam_bringup.simulated_robot import simulation_configuration
 from hslam_ekf.config import EkfConfig
 from hslam_ekf.server import EkfServer
 from hslam_gvg.level import SCAN, GvgLevel, SourceConfig, level_from_mapping
@@ -32,7 +31,7 @@ from hslam_ros import conversions
 from hslam_ros.scan_conversion import scan_from_msg, scan_to_msg
 from hslam_ros.stamps import NS_PER_S
 from hslam_sim import sim_messages
-from hslam_sim.simulation import SimStep, Simulation, SimulationConfiguration
+from hslam_sim.simulation import SimStep, Simulation
 from hslam_sim.worlds import load_world
 from hslam_types.sensing import LandmarkView, RangeScan, SonarSweep, Velocity
 
@@ -152,14 +151,7 @@ def run_in_process(options: RunOptions, show: Callable[[Snapshot], None]) -> Run
 
 
 def _simulation(options: RunOptions) -> Simulation:
-    """Return the simulated robot; settings name its parts' parameters as the node does (``sonar.noise_fraction``)."""
-    parts: dict[str, dict[str, Any]] = {field.name: {} for field in dataclasses.fields(SimulationConfiguration)}
-    for name, value in options.node_settings("sim").items():
-        part, _, parameter = name.partition(".")
-        parts[part][parameter] = value
-    defaults = SimulationConfiguration()
-    config = SimulationConfiguration(
-        **{part: type(getattr(defaults, part)).from_mapping(values) for part, values in parts.items()}
-    )
+    """Return the simulated robot."""
+    config = simulation_configuration(options.node_settings("sim"))
     world = load_world(options.world, landmark_seed=options.seed)
     return Simulation(world, config, options.seed)

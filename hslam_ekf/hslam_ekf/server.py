@@ -70,6 +70,15 @@ class EkfServer:
                 self.traversal = None
         return self._output(tuple(edge_maps), tuple(links))
 
+    def so_far(self, arrival: GvgEvent | None = None) -> EdgeMap | None:
+        """Return the map of the traversal under way as `Traversal.so_far` does; None without one, or past its end.
+
+        A traversal that began at an access point ends without a map: what it saw is asked for here.
+        """
+        if self.traversal is None or self.traversal.arrived:
+            return None
+        return self.traversal.so_far(arrival)
+
     def _track(self, traversal: Traversal, odom: OdometrySample, view: LandmarkView | None) -> None:
         """Bring a traversal to the cycle's odometry, correcting it by the look on the way."""
         if view is not None and self._last is not None and view.stamp_ns > self._last.stamp_ns:

@@ -1,5 +1,7 @@
 """One traversal: a filter from departure to arrival, the edge-map it ends in, and the link to the next one."""
 
+from copy import deepcopy
+
 import numpy as np
 
 from hslam_ekf.association import associate
@@ -11,7 +13,7 @@ from hslam_ekf.landmark_filter import LandmarkFilter
 from hslam_ekf.motion_model import ROBOT
 from hslam_ekf.range_bearing import observe, relative_point
 from hslam_types.edge_map import EdgeMap, FrameLink
-from hslam_types.gvg_events import GvgEvent
+from hslam_types.gvg_events import EventKind, GvgEvent, NodeKind, NodeView
 from hslam_types.se2 import SE2, Array, compose_jacobians, wrap
 from hslam_types.sensing import LandmarkView
 
@@ -99,6 +101,17 @@ class Traversal:
             robot_at_arrival=base_in_edge,
             path_length_m=event.path_length_m,
         )
+
+    def so_far(self, arrival: GvgEvent | None = None) -> EdgeMap:
+        """Return the map as if the way ended where the robot is, or at the node of an arrival; the filter goes on.
+
+        Without an arrival, ``arrival_heading`` is the robot's and ``path_length_m`` is 0.
+        """
+        if arrival is None:
+            x, y, heading = self._base_in_odom
+            place = NodeView(NodeKind.BOUNDARY_POINT, x, y, 0.0, (heading,))
+            arrival = GvgEvent(self.sequence, 0, EventKind.ARRIVAL, place, 0)
+        return deepcopy(self).arrive(arrival)
 
     def link(self, departure: GvgEvent, departure_in_base: SE2) -> FrameLink:
         """Tell where the frame that starts at ``departure`` sits in this edge's frame."""

@@ -230,3 +230,23 @@ def test_a_departure_without_a_branch_is_refused(change: dict[str, int | None]) 
     event = replace(steps[0].events[0], **change)  # type: ignore[arg-type]
     with pytest.raises(EkfError):
         EkfServer().step(steps[0].odom, None, (event,))
+
+
+def test_the_map_so_far_is_the_map_to_be_and_the_filter_goes_on() -> None:
+    """Asked at every step, what it said last fits the map at the end, and that has the bits of a drive not asked."""
+    steps, _ = one_drive()
+    server, asked = EkfServer(), []
+    outputs = []
+    for step in steps:
+        outputs.append(server.step(step.odom, step.view, step.events))
+        asked.append(server.so_far())
+    (undisturbed,), _ = products(run(one_drive()[0]))
+    (edge_map,), _ = products(outputs)
+    assert edge_map.covariance.tobytes() == undisturbed.covariance.tobytes()
+    before = next(i for i, out in enumerate(outputs) if out.edge_maps) - 1
+    last = asked[before]
+    assert last is not None
+    assert asked[before + 1] is None, "past its end there is none under way"
+    assert abs(last.size - edge_map.size) <= 3
+    assert last.terminal_x == pytest.approx(edge_map.terminal_x, abs=0.2)
+    assert last.robot_at_arrival.y == pytest.approx(0.0, abs=1e-9)

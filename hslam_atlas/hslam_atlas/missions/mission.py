@@ -1,10 +1,32 @@
 """The protocol of missions: what happened goes in, a goal for the GVG level comes out."""
 
-from dataclasses import dataclass
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from typing import Protocol
 
 from hslam_types.edge_map import EdgeMap, FrameLink
 from hslam_types.gvg_events import GvgEvent, GvgGoal
+from hslam_types.se2 import SE2
+
+_ORIGIN = SE2()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sense:
+    """What the other levels know of the robot at the end of a cycle, beyond their events and maps."""
+
+    base_in_odom: SE2 = _ORIGIN
+    traversal: int = -1
+    """The traversal whose frame the robot is tracked in, -1 without one."""
+    base_in_frame: SE2 | None = None
+    """Pose of base_link in that frame: the departure's, from the arrival on the edge-map's."""
+    so_far: Callable[[GvgEvent | None], EdgeMap | None] = lambda _: None
+    """The map of the traversal under way, as if it ended where the robot is, or at an arrival; None without one."""
+    room_m: float = math.inf
+    """The clearance where the robot is."""
+    idle: bool = False
+    """Whether the GVG level does nothing."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -14,6 +36,7 @@ class Happened:
     events: tuple[GvgEvent, ...] = ()
     edge_maps: tuple[EdgeMap, ...] = ()
     links: tuple[FrameLink, ...] = ()
+    sense: Sense = field(default_factory=Sense)
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,1 @@
+"""Where the robot is in an atlas that is only read."""

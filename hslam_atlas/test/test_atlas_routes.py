@@ -1,0 +1,58 @@
+"""Shortest ways against networkx on random graphs; closed edges are gone round."""
+
+import math
+from typing import Any
+
+import networkx as nx
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hslam_atlas.graph import AtlasGraph, EdgeEnd
+from hslam_atlas.routes import PER_NODE_M, outward
+from hslam_atlas.uncertain_pose import UncertainPose
+from hslam_types.gvg_events import NodeKind
+from hslam_types.se2 import SE2
+
+EXACT = UncertainPose.exact(SE2())
+
+
+def tie(graph: AtlasGraph, u: int, v: int, length_m: float) -> int:
+    ends = tuple(EdgeEnd(n, graph.nodes[n].add_branch(0.1 * len(graph.nodes[n].branches)).key, EXACT) for n in (u, v))
+    return graph.connect((ends[0], ends[1]), length_m, 0.0, length_m, len(graph.edges)).id
+
+
+@given(
+    st.lists(
+        st.tuples(st.integers(0, 6), st.integers(0, 6), st.floats(0.5, 30.0)).filter(lambda e: e[0] != e[1]),
+        max_size=20,
+    ),
+    st.sets(st.integers(0, 19)),
+)
+def test_ways_are_as_short_as_networkx_finds_them(edges: list[tuple[int, int, float]], closed: set[int]) -> None:
+    graph = AtlasGraph()
+    expected: Any = nx.Graph()
+    for _ in range(7):
+        expected.add_node(graph.add_node(NodeKind.MEET_POINT, 1.0, []).id)
+    for u, v, length_m in edges:
+        edge = tie(graph, u, v, length_m)
+        cost = length_m + PER_NODE_M
+        if edge not in closed and cost < expected.get_edge_data(u, v, {"weight": math.inf})["weight"]:
+            expected.add_edge(u, v, weight=cost)
+    found = {there.node: there.cost_m for there in outward(graph, 0, list(graph.nodes[0].branches), closed)}
+    truth = nx.single_source_dijkstra_path_length(expected, 0)
+    del truth[0]
+    assert found == pytest.approx(truth)
+
+
+def test_a_way_tells_the_branch_it_leaves_by() -> None:
+    graph = AtlasGraph()
+    for _ in range(3):
+        graph.add_node(NodeKind.MEET_POINT, 1.0, [])
+    tie(graph, 0, 1, 30.0)
+    tie(graph, 0, 2, 5.0)
+    tie(graph, 2, 1, 5.0)
+    ways = {there.node: there for there in outward(graph, 0, (0, 1))}
+    assert [ways[1].first, ways[1].cost_m] == [1, 10.0 + 2 * PER_NODE_M]
+    assert next(outward(graph, 0, (0,))).cost_m == 30.0 + PER_NODE_M
+    assert not list(outward(graph, 0, (0,), {0}))
