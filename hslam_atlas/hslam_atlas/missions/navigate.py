@@ -57,6 +57,8 @@ class Navigate:
         self._straight: tuple[float, float] | None = None
         """The point driven straight to, in odom."""
         self._tries = self._cycle = self._began = 0
+        self._again = False
+        """Whether the straight drive may be repeated from where it ends."""
         self._others: list[OnEdge] | None = None
         """The destination as the edges see it that meet its own, those still to be tried; None before it is asked."""
 
@@ -210,7 +212,7 @@ class Navigate:
         odom_in_node = place.frame_in_node.pose
         self._straight = odom_in_node.inverse().apply(*seen.in_node)
         self._arrival, self._waiting = None, False
-        self._began = self._cycle
+        self._again, self._began = True, self._cycle
         return GvgGoal(GoalKind.STRAIGHT, x_in_odom=self._straight[0], y_in_odom=self._straight[1])
 
     def _watch_straight(self, sense: Sense) -> GvgGoal | None:
@@ -218,6 +220,9 @@ class Navigate:
         if self._straight is None or not sense.idle or self._cycle - self._began < 5:
             return None
         distance = math.dist(sense.base_in_odom[:2], self._straight)
+        if not reached(distance) and self._again:  # the body rolls on from the speed of tracing
+            self._again, self._began = False, self._cycle
+            return GvgGoal(GoalKind.STRAIGHT, x_in_odom=self._straight[0], y_in_odom=self._straight[1])
         self._straight, self._waiting = None, True
         if reached(distance):
             self._end(Progress.REACHED)
