@@ -122,12 +122,26 @@ def test_a_point_of_the_map_goes_to_the_edge_it_lies_beside() -> None:
         from_map(state.graph, state.maps, 15.0, 50.0)
 
 
-def test_a_point_out_of_reach_is_passed_without_leaving() -> None:
-    approach = Approach()
-    assert not any(approach.is_time(distance, room_m=1.0) for distance in (3.0, 2.0, 1.5, 1.6, 1.7))
-    assert approach.passed
-    fresh = Approach()
-    assert [fresh.is_time(d, room_m=1.0) for d in (1.2, 0.9, 0.8, 0.82, 0.84)] == [False] * 4 + [True]
+def test_a_point_out_of_reach_is_not_left_for() -> None:
+    far = Approach()
+    assert not any(far.is_time(distance, room_m=1.0) for distance in (3.0, 2.0, 1.5, 1.6, 1.7))
+    near = Approach()
+    assert [near.is_time(d, room_m=1.0) for d in (1.2, 0.9, 0.8, 0.82, 0.84)] == [False] * 4 + [True]
+
+
+def test_an_edge_driven_in_vain_is_followed_by_those_that_meet_it() -> None:
+    """The point, 3 m aside, is given as one beside corridor 1; only corridor 0 is left to try."""
+    mission, level, _ = at_node_one()
+    mission.go_to(OnEdge(1, 0.5, 3.0))
+    mission.step(level.arrives(MIDDLE, 0, 12.0, seed=0))
+    mission.step(level.departs(MIDDLE, 1, 12.0))
+    goal = mission.step(level.arrives((math.pi,), 0, 24.0, seed=1)).goal
+    assert goal == GvgGoal(GoalKind.TRACE, branch=0)
+    mission.step(level.departs((math.pi,), 0, 24.0))
+    assert mission.progress is Progress.UNDER_WAY
+    for _ in range(3):
+        mission._count_a_try("in vain")
+    assert (mission.progress, mission.why) == (Progress.UNREACHABLE, "in vain")
 
 
 def test_a_loss_is_followed_by_reaching_the_graph() -> None:

@@ -17,8 +17,6 @@ class Approach:
     """Watches the distance to a point while the robot passes it."""
 
     nearest_m: float = math.inf
-    passed: bool = False
-    """Whether the point was passed at its nearest without being within reach."""
 
     def is_time(self, distance_m: float, room_m: float) -> bool:
         """Whether to leave the graph now: the point is nearer than any obstacle, and will not come nearer."""
@@ -26,9 +24,7 @@ class Approach:
         self.nearest_m = min(self.nearest_m, distance_m)
         if distance_m <= _THERE_M:
             return True
-        gone_by = distance_m > self.nearest_m + _PAST_M
-        self.passed |= gone_by and not within
-        return within and gone_by
+        return within and distance_m > self.nearest_m + _PAST_M
 
 
 def reached(distance_m: float, tolerance_m: float = 0.12) -> bool:

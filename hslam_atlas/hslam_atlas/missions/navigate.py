@@ -57,6 +57,8 @@ class Navigate:
         self._straight: tuple[float, float] | None = None
         """The point driven straight to, in odom."""
         self._tries = self._cycle = self._began = 0
+        self._traced: int | None = None
+        """The edge under way from one of its nodes."""
         self._again = False
         """Whether the straight drive may be repeated from where it ends."""
         self._others: list[OnEdge] | None = None
@@ -98,9 +100,17 @@ class Navigate:
             if event.kind is EventKind.ARRIVAL:
                 self._approach = Approach()
                 self._close_blocked()
+                self._count_if_passed()
             elif event.kind is EventKind.DEPARTURE:
                 place = self.place
                 self._on = None if place is None or place.branch is None else self._edge(place.node, place.branch)
+                self._traced = self._on
+
+    def _count_if_passed(self) -> None:
+        """Having driven the whole edge a point should lie beside, and not left it, try another."""
+        traced, self._traced = self._traced, None
+        if isinstance(self._destination, OnEdge) and traced == self._destination.edge:
+            self._count_a_try("no place of the edge is nearer to the point than an obstacle")
 
     def _close_blocked(self) -> None:
         if self.locator.blocked is not None:
@@ -179,10 +189,7 @@ class Navigate:
             if base is None:
                 return None
             distance = math.dist(base[:2], seen.in_node)
-        passed_before = self._approach.passed
         if not self._approach.is_time(distance, sense.room_m):
-            if self._approach.passed and not passed_before:
-                self._count_a_try("the point lies where nothing of the edge is nearer to it than an obstacle")
             return None
         self.locator.correct(self._on, end, sense)
         return self._set_out(seen, sense)
@@ -231,6 +238,8 @@ class Navigate:
         return GvgGoal(GoalKind.ACCESS) if self.progress is Progress.UNDER_WAY else None
 
     def _count_a_try(self, why: str) -> None:
+        if self.progress is not Progress.UNDER_WAY:
+            return
         self._tries += 1
         if self._tries >= _TRIES:
             self._end(Progress.UNREACHABLE, why)
