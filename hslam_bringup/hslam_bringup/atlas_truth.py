@@ -1,7 +1,7 @@
 """Where the frames of an atlas truly are in its world, found by laying every edge-map's landmarks over the true ones.
 
-For scoring alone: the robot never reads it.  The oldest node may be any node of the true graph, and its frame has, but
-for drift, the heading the robot started with.  From there edge after edge is laid over the world by itself, so that
+For scoring alone: the robot never reads it.  The oldest node may be any node of the true graph, its frame turned
+anyhow: all are tried.  From there edge after edge is laid over the world by itself, so that
 nothing the atlas has drifted by gets into the score.
 """
 
@@ -18,10 +18,12 @@ from hslam_sim.truth.true_gvg import true_gvg
 from hslam_sim.world import World
 from hslam_types.se2 import SE2, Array
 
+_REACHES_M = (6.0, 12.0, 24.0, 48.0, math.inf)
+"""Landmarks this near the node are laid first: a heading wrong by 2 degrees is 2 m at the far end of a long edge."""
 _GATES_M = (1.2, 0.8, 0.5, 0.3, 0.3)
 """Landmarks farther than this from any true one have no partner, pass by pass."""
-_TURNS = tuple(math.radians(5.0 * k) for k in sorted(range(-14, 15), key=abs))
-"""The heading drifts on the way to the first node."""
+_HEADINGS = tuple(math.radians(10.0 * k) for k in range(36))
+"""The way to the first node may turn corners, and the heading drifts on it."""
 _FEWEST = 4
 _LEAST_SHARE = 0.7
 
@@ -34,7 +36,7 @@ def true_edge_frames(world: World, graph: AtlasGraph, maps: EdgeMaps) -> dict[in
     first = min(graph.nodes)
     edges = [edge for edge in graph.edges.values() if first in {end.node for end in edge.ends}]
     nodes = true_gvg(world).nodes
-    guesses = [SE2(node.x, node.y, world.start.theta + turn) for turn in _TURNS for node in nodes]
+    guesses = [SE2(node.x, node.y, heading) for node in nodes for heading in _HEADINGS]
     shares = [sum(_laid(edge, first, guess, maps, tree)[1] for edge in edges) for guess in guesses]
     if not shares or max(shares) < _LEAST_SHARE * len(edges):
         raise RunError("the atlas does not fit the world: give the --world and --world-seed that it was explored with")
@@ -68,15 +70,17 @@ def _laid(edge: Edge, node: int, node_in_world: SE2, maps: EdgeMaps, tree: KDTre
     points = maps.get(edge.id).landmarks
     if len(points) < _FEWEST:
         return frame, 0.0
-    share = 0.0
-    for gate in _GATES_M:
-        away, index = (np.asarray(found) for found in tree.query(frame.apply_all(points)))
-        near = away < gate
-        share = float(np.mean(away < _GATES_M[-1]))
-        if near.sum() < _FEWEST:
-            break
-        frame = _best_fit(points[near], tree.data[index[near]])
-    return frame, share
+    from_node_m = np.hypot(*(points - np.array([origin.x, origin.y])).T)
+    for reach_m in _REACHES_M:
+        laid = points[from_node_m <= reach_m]
+        for gate_m in _GATES_M if len(laid) else ():
+            away, index = (np.asarray(found) for found in tree.query(frame.apply_all(laid)))
+            near = away < gate_m
+            if near.sum() < _FEWEST:
+                break
+            frame = _best_fit(laid[near], tree.data[index[near]])
+    gaps_m = np.asarray(tree.query(frame.apply_all(points))[0])
+    return frame, float(np.mean(gaps_m < _GATES_M[-1]))
 
 
 def _best_fit(points: Array, onto: Array) -> SE2:
