@@ -25,6 +25,9 @@ class EkfConfig(Configuration):
         math.radians(1.2), "Prior of the constant rotation bias of the odometry (0 switches its estimation off).",
         low=0.0, high=0.5, unit="rad/m",
     )  # fmt: skip
+    odometry_covariances: bool = parameter(
+        True, "Weigh odometry by the covariances it comes with, without a bias; the above where none can be believed."
+    )
     homing_m: float = parameter(
         0.02, "Error of a meet point's announced position relative to the robot.", low=0.0, high=1.0, unit="m"
     )

@@ -13,6 +13,7 @@ from visualization_msgs.msg import MarkerArray
 
 from hslam_ekf import ekf_messages
 from hslam_ekf.config import EkfConfig
+from hslam_ekf.noise_report import NoiseReport, standing
 from hslam_ekf.server import EkfOutput, EkfServer
 from hslam_ros import conversions
 from hslam_ros.continuity import Continuity
@@ -60,6 +61,7 @@ class EkfNode(Node):
         hold_ns = None if self._config.lockstep else round(self._config.hold_back_s * NS_PER_S)
         self._order = StepOrder(promised={"landmarks": CYCLE.depth, "events": EVENTS.depth}, hold_ns=hold_ns)
         self._continuity = Continuity()
+        self._noise_report = NoiseReport()
         self._outputs = 0
         self._next_pose_ns = self._next_map_ns = 0
         self._create_publishers()
@@ -129,6 +131,8 @@ class EkfNode(Node):
         if late:
             self.get_logger().warning(f"{len(late)} late looks dropped", throttle_duration_sec=5.0)
         out = self._server.step(odom, view, cycle.inputs["events"])
+        for line in self._noise_report.news(self._server.noise, self._server.innovations):
+            self.get_logger().warning(line)
         self._publish_maps(cycle.stamp_ns, out)
         self._publish_pose(odom, out)
         traversal = self._server.traversal
@@ -162,7 +166,11 @@ class EkfNode(Node):
 
     def _answer(self, stamp_ns: int, state: str) -> None:
         status = NodeStatus(header=conversions.header(stamp_ns, ""), node=self.get_name(), outputs=self._outputs)
-        status.state, status.detail = state, self._door.report()
+        refused, server = self._door.report(), self._server
+        status.state, status.detail = (
+            state,
+            "; ".join([refused] * bool(refused) + standing(server.noise, server.innovations)),
+        )
         self._status.publish(status)
 
     def _publish_pose(self, odom: OdometrySample, out: EkfOutput) -> None:

@@ -15,7 +15,7 @@ from scipy.linalg.lapack import dpotrf as cholesky
 
 from hslam_ekf.association import Indices
 from hslam_ekf.config import EkfConfig
-from hslam_ekf.motion_model import ROBOT, move, move_jacobian, slip_noise
+from hslam_ekf.motion_model import ROBOT, move, move_jacobian, slip_noise, stated_noise
 from hslam_ekf.range_bearing import locate, locate_jacobians, observe, observe_jacobians
 from hslam_types.se2 import SE2, Array, wrap, wrap_all
 
@@ -57,14 +57,19 @@ class LandmarkFilter:
         x, y, theta = self.mean[:3].tolist()
         return SE2(x, y, theta), self.covariance[:3, :3].copy()
 
-    def predict(self, step: SE2) -> None:
-        """Move the robot by an odometry ``step``: X = f(X, U) and eq. 2, which touches the robot's rows of P only."""
+    def predict(self, step: SE2, noise: Array | None = None) -> None:
+        """Move the robot by an odometry ``step``: X = f(X, U) and eq. 2, which touches the robot's rows of P only.
+
+        ``noise``: the step's covariance (3 x 3, in base_link before it); None: what the configuration makes of it.
+        """
         robot, covariance = self.mean[:ROBOT], self.covariance
-        by_robot = move_jacobian(robot, step)
-        robot[:] = move(robot, step)
+        biased = noise is None
+        by_robot = move_jacobian(robot, step, biased=biased)
+        spread = slip_noise(step, self._config) if noise is None else stated_noise(robot, noise)
+        robot[:] = move(robot, step, biased=biased)
         covariance[:ROBOT] = by_robot @ covariance[:ROBOT]
         covariance[ROBOT:, :ROBOT] = covariance[:ROBOT, ROBOT:].T
-        block = covariance[:ROBOT, :ROBOT] @ by_robot.T + slip_noise(step, self._config)
+        block = covariance[:ROBOT, :ROBOT] @ by_robot.T + spread
         covariance[:ROBOT, :ROBOT] = 0.5 * (block + block.T)
 
     def expect(self, landmarks: Indices) -> Expectation:
@@ -83,6 +88,7 @@ class LandmarkFilter:
         """Update X and P (eqs. 4 to 6) by m sightings, with variances ``noise``, of the ``chosen`` of ``expected``."""
         count = len(chosen)
         if count == 0:
+            self.nis = (0.0, 0)
             return
         own = ROBOT + 2 * expected.landmarks[chosen]
         touched = np.concatenate(([0, 1, 2], np.column_stack((own, own + 1)).ravel()))

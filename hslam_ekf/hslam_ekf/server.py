@@ -5,6 +5,8 @@ from dataclasses import dataclass
 
 from hslam_ekf.config import EkfConfig
 from hslam_ekf.errors import EkfError
+from hslam_ekf.innovation_check import InnovationCheck
+from hslam_ekf.odometry_noise import OdometryNoise
 from hslam_ekf.traversal import Traversal
 from hslam_types.edge_map import EdgeMap, FrameLink
 from hslam_types.gvg_events import EventKind, GvgEvent
@@ -43,6 +45,10 @@ class EkfServer:
         self._last: OdometrySample | None = None
         self.traversal: Traversal | None = None
         """The traversal under way, for display."""
+        self.noise = OdometryNoise()
+        """How the last step was weighed."""
+        self.innovations = InnovationCheck()
+        """Whether the stated noise holds."""
 
     def step(self, odom: OdometrySample, view: LandmarkView | None, events: tuple[GvgEvent, ...]) -> EkfOutput:
         """Take one cycle: predict, correct by the look, then act on the events emitted at this stamp.
@@ -81,13 +87,24 @@ class EkfServer:
 
     def _track(self, traversal: Traversal, odom: OdometrySample, view: LandmarkView | None) -> None:
         """Bring a traversal to the cycle's odometry, correcting it by the look on the way."""
+        noise = self._step_noise(odom)
         if view is not None and self._last is not None and view.stamp_ns > self._last.stamp_ns:
-            if view.stamp_ns < odom.stamp_ns:
-                traversal.advance(_between(self._last, odom, view.stamp_ns))
+            share = (view.stamp_ns - self._last.stamp_ns) / (odom.stamp_ns - self._last.stamp_ns)
+            if share < 1.0:
+                traversal.advance(_between(self._last, odom, share), None if noise is None else share * noise)
+                noise = None if noise is None else (1.0 - share) * noise
             else:
-                traversal.advance(odom.base_in_odom)
+                traversal.advance(odom.base_in_odom, noise)
             traversal.look(view)
-        traversal.advance(odom.base_in_odom)
+            self.innovations.take(*traversal.filter.nis)
+        traversal.advance(odom.base_in_odom, noise)
+
+    def _step_noise(self, odom: OdometrySample) -> Array | None:
+        """Return what the odometry says of its step; None where the constants hold, and where it stands still."""
+        moved = self._last is not None and odom.base_in_odom != self._last.base_in_odom
+        if self._last is None or not moved or not self._config.odometry_covariances:
+            return None
+        return self.noise.of_step(self._last, odom)
 
     def _begin(self, event: GvgEvent, base_in_odom: SE2, base_in_frame: SE2) -> None:
         """Start a traversal; only the rotation bias, a property of the base, is carried over."""
@@ -114,9 +131,8 @@ class EkfServer:
         return EkfOutput(edge_maps, links, self.traversal.sequence, self.traversal.arrived, pose, covariance)
 
 
-def _between(before: OdometrySample, after: OdometrySample, stamp_ns: int) -> SE2:
-    """Return the odometry pose at a stamp between two samples."""
-    share = (stamp_ns - before.stamp_ns) / (after.stamp_ns - before.stamp_ns)
+def _between(before: OdometrySample, after: OdometrySample, share: float) -> SE2:
+    """Return the odometry pose between two samples, at a ``share`` of the time from one to the other."""
     step = before.base_in_odom.to(after.base_in_odom)
     return before.base_in_odom @ SE2(share * step.x, share * step.y, share * step.theta)
 

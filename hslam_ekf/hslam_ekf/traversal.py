@@ -35,10 +35,10 @@ class Traversal:
         self._base_in_odom = base_in_odom
         self._config = config
 
-    def advance(self, base_in_odom: SE2) -> None:
-        """Predict to a new odometry pose; standing still costs nothing."""
+    def advance(self, base_in_odom: SE2, noise: Array | None = None) -> None:
+        """Predict to a new odometry pose, by the step's own covariance if it has one; standing still costs nothing."""
         if base_in_odom != self._base_in_odom:
-            self.filter.predict(self._base_in_odom.to(base_in_odom))
+            self.filter.predict(self._base_in_odom.to(base_in_odom), noise)
             self._base_in_odom = base_in_odom
 
     def look(self, view: LandmarkView) -> None:

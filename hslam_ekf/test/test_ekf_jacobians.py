@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hslam_ekf.edge_frame import turn, turn_jacobian
-from hslam_ekf.motion_model import move, move_jacobian
+from hslam_ekf.motion_model import move, move_jacobian, stated_noise
 from hslam_ekf.range_bearing import (
     locate,
     locate_jacobians,
@@ -36,11 +36,26 @@ def numeric(function: Callable[[Array], Array], at: Array, angles: list[int]) ->
     return np.array(columns).T
 
 
-@given(pose=POSES, bias=st.floats(-0.05, 0.05), step=st.tuples(st.floats(-0.2, 0.2), st.floats(-0.1, 0.1), ANGLES))
-def test_move(pose: Array, bias: float, step: tuple[float, float, float]) -> None:
+@given(
+    pose=POSES,
+    bias=st.floats(-0.05, 0.05),
+    step=st.tuples(st.floats(-0.2, 0.2), st.floats(-0.1, 0.1), ANGLES),
+    biased=st.booleans(),
+)
+def test_move(pose: Array, bias: float, step: tuple[float, float, float], *, biased: bool) -> None:
     robot, odometry = np.append(pose, bias), SE2(*step)
-    expected = numeric(lambda x: move(x, odometry), robot, [2])
-    assert move_jacobian(robot, odometry) == pytest.approx(expected, abs=1e-6)
+    expected = numeric(lambda x: move(x, odometry, biased=biased), robot, [2])
+    assert move_jacobian(robot, odometry, biased=biased) == pytest.approx(expected, abs=1e-6)
+
+
+@given(pose=POSES, step=st.builds(SE2, st.floats(-0.2, 0.2), st.floats(-0.1, 0.1), ANGLES))
+def test_a_stated_noise_is_turned_as_the_step_is(pose: Array, step: SE2) -> None:
+    by_step = numeric(lambda s: move(np.append(pose, 0.0), SE2(*s.tolist()))[:3], np.array(step), [2])
+    noise = np.array([[3.0, 1.0, 0.5], [1.0, 2.0, -0.3], [0.5, -0.3, 1.0]])
+    spread = stated_noise(np.append(pose, 0.0), noise)
+    assert spread[:3, :3] == pytest.approx(by_step @ noise @ by_step.T, abs=1e-6)
+    assert not spread[3].any()
+    assert not spread[:, 3].any()
 
 
 @given(pose=POSES, distance=st.floats(0.2, 20.0), bearing=ANGLES)

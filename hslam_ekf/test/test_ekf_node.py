@@ -24,6 +24,7 @@ from hslam_ros import conversions
 from hslam_ros.qos import CYCLE, EVENTS, LATCHED
 from hslam_ros.stamps import stamp_from_msg
 from hslam_types.se2 import SE2
+from hslam_types.sensing import PlanarCovariance
 
 PATH = np.array([[0.0, 0.0], [6.0, 0.0]])
 LAST_SEQUENCE = 2
@@ -176,14 +177,14 @@ def test_what_is_refused_is_answered_and_told_and_the_traversal_goes_on(staged: 
     lost, blind = steps[20], next(i for i in range(21, 30) if steps[i].view is not None)
     pair.lock_step([replace(lost, odom=replace(lost.odom, base_in_odom=SE2(math.nan, 0.0, 0.0)))])
     assert rest.statuses[-1].state == "blind"
-    assert rest.statuses[-1].detail == "refused messages: odom 1"
+    assert rest.statuses[-1].detail.startswith("refused messages: odom 1; odometry is weighed by")
     pair.lock_step(steps[21:blind])
     view = steps[blind].view
     assert view is not None
     zero = replace(view, sightings=tuple(s._replace(range_std_m=0.0) for s in view.sightings))
     pair.lock_step([replace(steps[blind], view=zero)])
     assert rest.statuses[-1].state == "mapping"
-    assert rest.statuses[-1].detail == "refused messages: landmarks 1, odom 1"
+    assert rest.statuses[-1].detail.startswith("refused messages: landmarks 1, odom 1; ")
     assert pair.ekf._server.traversal is before
     pair.lock_step(steps[blind + 1 :])
     assert [at(status) for status in rest.statuses] == [step.odom.stamp_ns for step in steps]
@@ -191,6 +192,22 @@ def test_what_is_refused_is_answered_and_told_and_the_traversal_goes_on(staged: 
     pose, covariance = before.filter.pose()
     assert math.hypot(pose.x - steps[-1].base_in_map.x, pose.y - steps[-1].base_in_map.y) < 0.5
     assert np.isfinite(covariance).all()
+
+
+def test_by_which_noise_odometry_is_weighed_is_told_once(staged: Staged) -> None:
+    pair = staged(Pair)
+    steps, said = short_drive()[:12], list[str]()
+    pair.ekf.get_logger().warning = said.append
+    pair.lock_step(steps[:6])
+    assert said == ["odometry is weighed by the configured constants (it gives no covariances)"]
+    assert pair.rest.statuses[-1].detail == said[0]
+    fine = PlanarCovariance(1e-4, 0.0, 0.0, 1e-4, 0.0, 1e-4)
+    pair.lock_step([replace(step, odom=replace(step.odom, twist_covariance=fine)) for step in steps[6:9]])
+    assert said[1:] == ["odometry is weighed by its twist covariance"]
+    bad = fine._replace(xx=-1.0)
+    pair.lock_step([replace(step, odom=replace(step.odom, twist_covariance=bad)) for step in steps[9:]])
+    assert len(said) == 2
+    assert "(its twist covariance has a variance forward of -1" in pair.rest.statuses[-1].detail
 
 
 @pytest.mark.parametrize("broken", ["time", "gvg", "pose"])

@@ -12,7 +12,7 @@ import math
 from array import array
 
 import numpy as np
-from geometry_msgs.msg import Pose2D, Quaternion, Twist, TwistStamped
+from geometry_msgs.msg import Pose2D, PoseWithCovariance, Quaternion, Twist, TwistStamped, TwistWithCovariance
 from hslam_msgs.msg import EdgeMap as EdgeMapMsg
 from hslam_msgs.msg import FrameLink as FrameLinkMsg
 from hslam_msgs.msg import GvgEvent as GvgEventMsg
@@ -46,11 +46,17 @@ from hslam_types.sensing import (
     LandmarkSighting,
     LandmarkView,
     OdometrySample,
+    PlanarCovariance,
     SonarPing,
     SonarRing,
     SonarSweep,
     Velocity,
 )
+
+_PLANAR = (0, 1, 5, 7, 11, 35)
+"""Where a 6 x 6 covariance, row-major over x, y, z and the turns about them (REP-103), has that of x, y and yaw."""
+_MIRRORED = (0, 6, 30, 7, 31, 35)
+"""The same entries below the diagonal."""
 
 
 def header(stamp_ns: int, frame_id: str) -> Header:
@@ -86,18 +92,32 @@ def odometry_to_msg(sample: OdometrySample, parent: str = "odom", child: str = "
     msg.pose.pose.orientation = yaw_to_quaternion(sample.base_in_odom.theta)
     msg.twist.twist.linear.x = sample.velocity.forward
     msg.twist.twist.angular.z = sample.velocity.turn
+    _put_covariance(msg.pose, sample.pose_covariance)
+    _put_covariance(msg.twist, sample.twist_covariance)
     return msg
 
 
 def odometry_from_msg(msg: Odometry) -> OdometrySample:
-    """Return a message's odometry."""
+    """Return a message's odometry; its covariances as they are, since a bad one says nothing against the pose."""
     position, rotated = msg.pose.pose.position, rotation(msg.pose.pose.orientation, "pose.pose.orientation")
     pose = SE2(
         number(position.x, "pose.pose.position.x"),
         number(position.y, "pose.pose.position.y"),
         yaw_from_quaternion(rotated),
     )
-    return OdometrySample(stamp(msg.header.stamp), pose, _velocity(msg.twist.twist, "twist.twist"))
+    velocity = _velocity(msg.twist.twist, "twist.twist")
+    return OdometrySample(stamp(msg.header.stamp), pose, velocity, _covariance_of(msg.twist), _covariance_of(msg.pose))
+
+
+def _put_covariance(msg: PoseWithCovariance | TwistWithCovariance, covariance: PlanarCovariance | None) -> None:
+    for above, below, value in zip(_PLANAR, _MIRRORED, covariance or (), strict=False):
+        msg.covariance[above] = msg.covariance[below] = value
+
+
+def _covariance_of(msg: PoseWithCovariance | TwistWithCovariance) -> PlanarCovariance | None:
+    """Return the planar part of a covariance, None where it is all zero, which is how a message says "unknown"."""
+    entries = [float(msg.covariance[i]) for i in _PLANAR]
+    return PlanarCovariance(*entries) if any(entries) else None
 
 
 def velocity_to_msg(velocity: Velocity, stamp_ns: int) -> TwistStamped:

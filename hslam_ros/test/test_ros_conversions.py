@@ -1,6 +1,7 @@
 """Every pair of conversions, through CDR, on arbitrary values."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from hslam_types.sensing import (
     LandmarkSighting,
     LandmarkView,
     OdometrySample,
+    PlanarCovariance,
     SonarPing,
     SonarSweep,
     Velocity,
@@ -35,16 +37,33 @@ def test_stamps_are_exact(stamp_ns: int) -> None:
     assert stamp_from_msg(through_cdr(stamp_to_msg(stamp_ns))) == stamp_ns
 
 
-@given(st.builds(OdometrySample, stamps, poses, st.builds(Velocity, metres, metres)))
+given_covariances = st.none() | st.builds(PlanarCovariance, *[metres] * 6).filter(any)
+
+
+@given(
+    st.builds(OdometrySample, stamps, poses, st.builds(Velocity, metres, metres), given_covariances, given_covariances)
+)
 def test_odometry_keeps_all_but_the_last_bits_of_the_heading(sample: OdometrySample) -> None:
     once = conversions.odometry_from_msg(conversions.odometry_to_msg(sample))
     assert once == conversions.odometry_from_msg(through_cdr(conversions.odometry_to_msg(sample)))
-    assert (once.stamp_ns, once.base_in_odom[:2], once.velocity) == (
-        sample.stamp_ns,
-        sample.base_in_odom[:2],
-        sample.velocity,
-    )
+    assert replace(once, base_in_odom=sample.base_in_odom) == sample
+    assert once.base_in_odom[:2] == sample.base_in_odom[:2]
     assert abs(wrap(once.base_in_odom.theta - sample.base_in_odom.theta)) < 1e-12
+
+
+def test_a_covariance_of_odometry_is_taken_from_both_its_places_and_none_is_refused_for_it() -> None:
+    msg = conversions.odometry_to_msg(OdometrySample(0, SE2()))
+    assert conversions.odometry_from_msg(msg) == OdometrySample(0, SE2())
+    msg.twist.covariance = np.arange(36.0)
+    msg.pose.covariance[35] = math.nan
+    sample = conversions.odometry_from_msg(through_cdr(msg))
+    assert sample.twist_covariance == PlanarCovariance(xx=0.0, xy=1.0, xt=5.0, yy=7.0, yt=11.0, tt=35.0)
+    assert sample.pose_covariance is not None
+    assert math.isnan(sample.pose_covariance.tt)
+    both = PlanarCovariance(1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
+    full = conversions.odometry_to_msg(OdometrySample(0, SE2(), Velocity(), both)).twist.covariance.reshape(6, 6)
+    assert np.array_equal(full, full.T)
+    assert np.array_equal(full[np.ix_((0, 1, 5), (0, 1, 5))], both.matrix)
 
 
 @given(poses)

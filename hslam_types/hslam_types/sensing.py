@@ -19,6 +19,26 @@ class Velocity(NamedTuple):
     turn: float = 0.0
 
 
+class PlanarCovariance(NamedTuple):
+    """A covariance over x, y (m or m/s) and theta (rad or rad/s): its upper triangle row by row, as a source gave it.
+
+    Nothing is promised of the numbers: they may be NaN, negative or contradict each other.
+    """
+
+    xx: float
+    xy: float
+    xt: float
+    yy: float
+    yt: float
+    tt: float
+
+    @property
+    def matrix(self) -> Array:
+        """The covariance as 3 x 3."""
+        xx, xy, xt, yy, yt, tt = self
+        return np.array([[xx, xy, xt], [xy, yy, yt], [xt, yt, tt]])
+
+
 @dataclass(frozen=True, slots=True)
 class OdometrySample:
     """Dead reckoning at one stamp: the pose of base_link in odom and the measured velocity."""
@@ -26,6 +46,10 @@ class OdometrySample:
     stamp_ns: int
     base_in_odom: SE2
     velocity: Velocity = Velocity()  # noqa: RUF009 (a NamedTuple, immutable)
+    twist_covariance: PlanarCovariance | None = None
+    """Of the velocity forward, to the left and of the turn, in base_link; None where none was given."""
+    pose_covariance: PlanarCovariance | None = None
+    """Of ``base_in_odom``, by odom's axes; None where none was given."""
 
 
 class SonarPing(NamedTuple):
