@@ -25,6 +25,7 @@ from hslam_types.sensing import (
     LandmarkSighting,
     LandmarkView,
     OdometrySample,
+    PlanarCovariance,
     SonarPing,
     SonarSweep,
     Velocity,
@@ -56,7 +57,9 @@ INPUTS: dict[str, tuple[Callable[[Any], Any], Any]] = {
 
 
 def real_numbers(value: Any) -> Iterator[float]:
-    """Yield every real number in a value."""
+    """Yield every real number in a value, but of odometry's covariances, which whoever weighs it believes or not."""
+    if isinstance(value, PlanarCovariance):
+        return
     if isinstance(value, float):
         yield value
     elif isinstance(value, np.ndarray):
