@@ -35,6 +35,7 @@ COLUMNS = {
     "collisions": "contacts",
     "path_length_m": "metres",
     "landmark_rmse_edge_m": "rmse edge",
+    "landmark_rmse_chained_m": "chained",
     "landmark_rmse_global_m": "global",
     "nees_mean": "nees",
     "real_time_factor": "x real time",

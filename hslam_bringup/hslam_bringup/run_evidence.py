@@ -11,6 +11,7 @@ from rclpy.serialization import deserialize_message
 from std_msgs.msg import Bool
 
 from hslam_atlas.graph import AtlasGraph, Node
+from hslam_atlas.picture import composed
 from hslam_atlas.pose_graph import optimised
 from hslam_atlas.store import AtlasStore
 from hslam_bags.bag import Bag
@@ -109,15 +110,16 @@ def _explored_node(node: Node, degree: int, log: RunLog) -> ExploredNode:
 
 
 def placed_maps(store: AtlasStore, graph: AtlasGraph, explored: ExploredGraph, log: RunLog) -> list[PlacedEdgeMap]:
-    """Return every stored edge-map with its true frame and its place in the optimised picture."""
+    """Return every stored edge-map with its true frame and its landmarks in both pictures of the whole."""
     if not graph.nodes:
         return []
-    poses = optimised(graph, min(graph.nodes))
+    oldest = min(graph.nodes)
+    chain, picture = composed(graph, store, oldest), optimised(graph, store, oldest)
     at = {node.id: position(node) for node in explored.nodes}
     placed = []
     for edge in graph.edges.values():
         start = edge.ends[0]
-        if start.node not in poses:
+        if edge.id not in picture.landmarks:
             continue
         edge_map = store.get(edge.id)
         ends = [log.meet_point(edge_map.traversal), log.meet_point(edge_map.arrival)]
@@ -130,7 +132,8 @@ def placed_maps(store: AtlasStore, graph: AtlasGraph, explored: ExploredGraph, l
                 landmarks=edge_map.landmarks,
                 covariance=edge_map.covariance,
                 frame_in_map=edge_frame_in_map(ends[0], ends[1]),
-                frame_in_global=poses[start.node] @ start.frame_in_node.pose,
+                chained=chain.landmarks[edge.id],
+                optimised=picture.landmarks[edge.id],
             )
         )
     return placed

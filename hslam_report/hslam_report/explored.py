@@ -52,7 +52,7 @@ class ExploredGraph:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlacedEdgeMap:
-    """One stored edge-map, with where its frame truly was and where the atlas puts it."""
+    """One stored edge-map, with where its frame truly was and where the atlas puts its landmarks."""
 
     name: str
     terminal_x: float
@@ -63,8 +63,10 @@ class PlacedEdgeMap:
     """(2 + 2n) x (2 + 2n), the terminal first."""
     frame_in_map: SE2
     """The true frame: origin at the true first meet point, x through the true terminal one."""
-    frame_in_global: SE2
-    """The frame in the picture the atlas composes of itself; any common frame will do."""
+    chained: Array
+    """The landmarks in the picture of the whole along shortest chains of edges, n x 2 (m): cycles do not close."""
+    optimised: Array
+    """The same in the picture by least squares.  Each picture has a frame of its own."""
 
 
 def true_meet_point(base_in_map: SE2, base_in_odom: SE2, node: NodeView) -> tuple[float, float]:

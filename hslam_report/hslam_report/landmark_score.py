@@ -1,4 +1,4 @@
-"""How far the mapped landmarks lie from the true ones: within each edge-map, and in the composed picture."""
+"""How far the mapped landmarks lie from the true ones: within each edge-map, and in the pictures of the whole floor."""
 
 import math
 from collections.abc import Sequence
@@ -20,8 +20,10 @@ class LandmarkScore:
 
     rmse_edge_m: float
     """In the edge frames, each laid on its true meet points; NaN if no landmark was mapped."""
+    rmse_chained_m: float
+    """In the picture along shortest chains of edges, laid on the truth by one rigid motion."""
     rmse_global_m: float
-    """In the composed picture, laid on the truth by one rigid motion."""
+    """In the picture by least squares, likewise."""
     nees_mean: float
     """Mean squared error over its covariance, per degree of freedom: 1 is consistent, above it overconfident."""
     mapped: int
@@ -33,7 +35,8 @@ def score_landmarks(maps: Sequence[PlacedEdgeMap], true_landmarks: Array) -> Lan
     """Return the errors of edge-maps against the world's landmarks (n x 2, m, in map)."""
     squared: list[float] = []
     nees: list[float] = []
-    composed: list[Array] = []
+    chained: list[Array] = []
+    optimised: list[Array] = []
     truth: list[Array] = []
     for placed in maps:
         rows, columns = associate(placed.frame_in_map.apply_all(placed.landmarks), true_landmarks)
@@ -42,20 +45,27 @@ def score_landmarks(maps: Sequence[PlacedEdgeMap], true_landmarks: Array) -> Lan
             block = placed.covariance[2 + 2 * row : 4 + 2 * row, 2 + 2 * row : 4 + 2 * row]
             squared.append(float(error @ error))
             nees.append(float(error @ np.linalg.solve(block, error)) / 2.0)
-        composed.append(placed.frame_in_global.apply_all(placed.landmarks[rows]))
+        chained.append(placed.chained[rows])
+        optimised.append(placed.optimised[rows])
         truth.append(true_landmarks[columns])
     mapped = sum(len(placed.landmarks) for placed in maps)
     if not squared:
-        return LandmarkScore(math.nan, math.nan, math.nan, mapped, mapped)
-    picture, target = np.concatenate(composed), np.concatenate(truth)
-    off = rigid_fit(picture, target).apply_all(picture) - target
+        return LandmarkScore(math.nan, math.nan, math.nan, math.nan, mapped, mapped)
+    target = np.concatenate(truth)
     return LandmarkScore(
         rmse_edge_m=math.sqrt(float(np.mean(squared))),
-        rmse_global_m=math.sqrt(float((off**2).sum(axis=1).mean())),
+        rmse_chained_m=_rmse_m(np.concatenate(chained), target),
+        rmse_global_m=_rmse_m(np.concatenate(optimised), target),
         nees_mean=float(np.mean(nees)),
         mapped=mapped,
         false=mapped - len(squared),
     )
+
+
+def _rmse_m(picture: Array, target: Array) -> float:
+    """Return the error of points laid on others by one rigid motion."""
+    off = rigid_fit(picture, target).apply_all(picture) - target
+    return math.sqrt(float((off**2).sum(axis=1).mean()))
 
 
 def associate(mapped: Array, true: Array) -> tuple[Array, Array]:

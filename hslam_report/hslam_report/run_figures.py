@@ -1,4 +1,4 @@
-"""The four figures of one run, in one folder."""
+"""The figures of one run, in one folder."""
 
 import itertools
 from collections.abc import Mapping, Sequence
@@ -11,6 +11,7 @@ from hslam_report.explored import ExploredGraph, PlacedEdgeMap
 from hslam_report.map_figures import edge_map_figure, tied_maps_figure
 from hslam_report.page import save
 from hslam_report.path_figures import DrivenPath, loop_figure, path_figure
+from hslam_report.picture_figure import picture_figure
 from hslam_report.visits import places, position
 from hslam_sim.world import World
 from hslam_types.se2 import Array
@@ -39,9 +40,10 @@ def write_figures(
     maps: Sequence[PlacedEdgeMap],
     step_of_event: Mapping[int, int],
 ) -> list[Path]:
-    """Write figures 3 to 6 as PNG and SVG and return their paths; a figure with nothing to show is left out.
+    """Write figures 3 to 6 of the paper, and 7, both pictures of the whole, as PNG and SVG and return their paths.
 
-    ``step_of_event`` gives the row of ``driven`` at which the event of each visit's sequence number was announced.
+    A figure with nothing to show is left out.  ``step_of_event`` gives the row of ``driven`` at which the event of each
+    visit's sequence number was announced.
     """
     at = {node.id: position(node) for node in graph.nodes}
     nodes = list(at.values())
@@ -54,6 +56,9 @@ def write_figures(
     if loop is not None:
         figure = loop_figure(world, driven, loop.first, loop.last, at[loop.node], str(loop.node))
         paths += save(figure, folder, "figure_6_loop_closing")
+    pictures = picture_figure(world, maps)
+    if pictures is not None:
+        paths += save(pictures, folder, "figure_7_picture")
     return paths
 
 

@@ -53,6 +53,7 @@ def report(facts: RunFacts, graph: GraphScore, landmarks: LandmarkScore) -> dict
         "wall_time_s": facts.wall_time_s,
         "real_time_factor": facts.real_time_factor,
         "landmark_rmse_edge_m": landmarks.rmse_edge_m,
+        "landmark_rmse_chained_m": landmarks.rmse_chained_m,
         "landmark_rmse_global_m": landmarks.rmse_global_m,
         "landmarks_mapped": landmarks.mapped,
         "landmarks_false": landmarks.false,

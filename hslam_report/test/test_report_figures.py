@@ -39,7 +39,7 @@ def edge_map(std: float = 0.02) -> PlacedEdgeMap:
     """Return an edge-map along the small world's southern corridor."""
     landmarks = np.array([(1.0, 1.2), (3.5, -1.2), (6.0, 1.2)])
     covariance = np.diag([0.02**2, 0.0] + [std**2] * 6)
-    return PlacedEdgeMap("3", 9.0, landmarks, covariance, SE2(), SE2())
+    return PlacedEdgeMap("3", 9.0, landmarks, covariance, SE2(), landmarks + 0.3, landmarks)
 
 
 def figures() -> dict[str, Figure]:
@@ -94,7 +94,7 @@ def test_exaggerated_ellipses_keep_within_their_share(std: float) -> None:
 
 
 def test_an_edge_map_without_landmarks_is_drawn() -> None:
-    empty = PlacedEdgeMap("9", 4.0, np.empty((0, 2)), np.diag([0.01, 0.0]), SE2(), SE2())
+    empty = PlacedEdgeMap("9", 4.0, np.empty((0, 2)), np.diag([0.01, 0.0]), SE2(), np.empty((0, 2)), np.empty((0, 2)))
     assert "0 landmarks" in edge_map_figure(empty).axes[0].get_title()
 
 
@@ -109,19 +109,20 @@ def test_the_loop_shown_is_the_widest_and_no_way_out_and_back(tmp_path: Path) ->
     assert enclosed_area_m2(path.in_map) == pytest.approx(13.0 * 9.0, rel=0.01)
     assert widest_loop(graph, there_and_back, {0: 0, 5: 99}) is None
     names = [path.name for path in write_figures(tmp_path, WORLD, path, graph, [edge_map()], {0: 0, 5: 200})]
-    assert len(names) == 8
+    assert len(names) == 10
     assert [path.name for path in write_figures(tmp_path, WORLD, there_and_back, graph, [], {0: 0, 5: 99})] == names[:2]
 
 
 def test_the_report_has_the_promised_fields_and_no_nan(tmp_path: Path) -> None:
     graph = GraphScore(2, 1, 13, 16, 13, 1.0, 0.5, 0.5, 0.25, False, 0, 0, 0, NodeMatches({}, {}, ()))
-    landmarks = LandmarkScore(math.nan, 0.5, 1.1, 4, 1)
+    landmarks = LandmarkScore(math.nan, 0.9, 0.5, 1.1, 4, 1)
     facts = RunFacts(True, 0, 1, "wean_hall_6", 580.0, 1500.0, 60.0, 0, {"sim": 80.0, "atlas": 90.0})
     write_report(tmp_path / "report.json", report(facts, graph, landmarks))
     fields = json.loads((tmp_path / "report.json").read_text(encoding="utf-8"))
     promised = """completed seed world nodes edges true_nodes true_edges node_precision node_recall edge_precision
         edge_recall isomorphic path_length_m sim_time_s wall_time_s real_time_factor loop_closures_true
-        loop_closures_false landmark_rmse_edge_m landmark_rmse_global_m nees_mean collisions peak_rss_mb"""
+        loop_closures_false landmark_rmse_edge_m landmark_rmse_chained_m landmark_rmse_global_m
+        nees_mean collisions peak_rss_mb"""
     assert set(promised.split()) <= set(fields)
     assert fields["completed"]
     assert fields["landmark_rmse_edge_m"] is None

@@ -1,6 +1,7 @@
 """Landmark errors: zero on the truth, as large as what was added, consistent where the covariance is right."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -24,12 +25,16 @@ def placed(
     if rng is not None:
         in_edge = in_edge + rng.normal(0.0, std, in_edge.shape)
     covariance = np.diag([0.01, 0.0] + [promised**2] * (2 * len(WORLD)))
-    return PlacedEdgeMap("0", 28.0, in_edge, covariance, frame, ELSEWHERE @ frame)
+    chained, optimised = SE2(1.0, 2.0, -1.0) @ frame, ELSEWHERE @ frame
+    return PlacedEdgeMap(
+        "0", 28.0, in_edge, covariance, frame, chained.apply_all(in_edge), optimised.apply_all(in_edge)
+    )
 
 
 def test_a_perfect_map_has_no_error_wherever_the_picture_lies() -> None:
     score = score_landmarks([placed(SE2(0.0, 0.0, 0.3)), placed(SE2(28.0, 1.0, -2.9))], WORLD)
     assert score.rmse_edge_m == pytest.approx(0.0, abs=1e-9)
+    assert score.rmse_chained_m == pytest.approx(0.0, abs=1e-9)
     assert score.rmse_global_m == pytest.approx(0.0, abs=1e-9)
     assert (score.mapped, score.false) == (2 * len(WORLD), 0)
 
@@ -44,28 +49,29 @@ def test_errors_and_consistency_are_what_was_put_in() -> None:
     assert sure.nees_mean == pytest.approx(4.0, rel=0.35)
 
 
-def test_a_map_misplaced_by_the_atlas_shows_in_the_global_error_only() -> None:
+def test_a_map_misplaced_by_the_atlas_shows_in_the_error_of_that_picture_only() -> None:
     right, wrong = placed(SE2()), placed(SE2(5.0, 0.0, 0.0))
-    moved = PlacedEdgeMap(
-        "1", 28.0, wrong.landmarks, wrong.covariance, wrong.frame_in_map, SE2(0.0, 1.0, 0.0) @ wrong.frame_in_global
-    )
-    score = score_landmarks([right, moved], WORLD)
+    chained = replace(wrong, chained=wrong.chained + np.array([0.0, 1.0]))
+    score = score_landmarks([right, chained], WORLD)
     assert score.rmse_edge_m == pytest.approx(0.0, abs=1e-9)
     # The best single motion splits the metre between the two maps.
-    assert score.rmse_global_m == pytest.approx(0.5, rel=0.02)
+    assert score.rmse_chained_m == pytest.approx(0.5, rel=0.02)
+    assert score.rmse_global_m == pytest.approx(0.0, abs=1e-9)
+    optimised = replace(wrong, optimised=wrong.optimised + np.array([0.0, 1.0]))
+    assert score_landmarks([right, optimised], WORLD).rmse_global_m == pytest.approx(0.5, rel=0.02)
 
 
 def test_a_landmark_that_is_not_there_is_false() -> None:
     true = placed(SE2())
     landmarks = np.vstack([true.landmarks, (15.0, 4.0)])
     covariance = np.diag([0.01, 0.0] + [0.0025] * (2 * len(landmarks)))
-    score = score_landmarks([PlacedEdgeMap("0", 28.0, landmarks, covariance, SE2(), SE2())], WORLD)
+    score = score_landmarks([PlacedEdgeMap("0", 28.0, landmarks, covariance, SE2(), landmarks, landmarks)], WORLD)
     assert (score.mapped, score.false) == (len(WORLD) + 1, 1)
     assert score.rmse_edge_m == pytest.approx(0.0, abs=1e-9)
 
 
 def test_without_landmarks_there_is_no_figure() -> None:
-    empty = PlacedEdgeMap("0", 5.0, np.empty((0, 2)), np.zeros((2, 2)), SE2(), SE2())
+    empty = PlacedEdgeMap("0", 5.0, np.empty((0, 2)), np.zeros((2, 2)), SE2(), np.empty((0, 2)), np.empty((0, 2)))
     score = score_landmarks([empty], WORLD)
     assert math.isnan(score.rmse_edge_m)
     assert math.isnan(score.nees_mean)
