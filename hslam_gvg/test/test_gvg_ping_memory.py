@@ -49,11 +49,26 @@ def test_pings_go_through_a_gap_or_end_at_it() -> None:
     assert (through.tolist(), ended.tolist()) == ([2], [1])
 
 
+def test_a_ping_that_a_wall_beside_its_axis_would_have_answered_counts() -> None:
+    memory = PingMemory(6.0)
+    memory.is_new(ping(0.0, 0.48, 0.0, 3.0), 0.0)
+    through, _ = memory.met(BEGIN, END, 0.0)
+    assert through.tolist() == [1]
+
+
+def test_a_corner_behind_the_gap_ends_pings() -> None:
+    memory = PingMemory(6.0)
+    memory.is_new(ping(0.0, 0.0, 0.0, 2.5), 0.0)
+    through, ended = memory.met(BEGIN, END, 0.0)
+    assert (through.tolist(), ended.tolist()) == ([0], [1])
+
+
 @pytest.mark.parametrize(
     "past",
     [
         ping(0.0, 0.8, 0.0, 3.0),  # beside the gap
-        ping(0.0, 0.48, 0.0, 3.0),  # at its edge
+        ping(0.0, 0.7, 0.1, 4.0),  # at its jamb
+        ping(1.5, -0.2, math.radians(35.0), 4.0),  # only the rim of its cone meets a wall there squarely
         ping(1.0, -1.3, math.radians(50.0), 4.0),  # a wall there would not have answered
         ping(-0.5, 0.0, 0.0, 4.0),  # from too far
         ping(3.0, 0.0, 0.0, 4.0),  # away from it

@@ -114,6 +114,18 @@ def test_a_gap_is_open_where_pings_went_through_and_shut_where_they_ended() -> N
     assert robot.map.gaps(begin, end).tolist() == [OPEN, SHUT, UNKNOWN]
 
 
+def test_a_piece_of_wall_that_was_missed_twice_is_no_gap() -> None:
+    robot = Listener(CORRIDOR)
+    robot.drive(-3.0, -0.5)
+    robot.drive(-0.46, 0.1, {4: math.inf})
+    robot.drive(0.13, 2.5)
+    gap = np.array([[-0.5, 1.0]]), np.array([[0.3, 1.0]])
+    through, ended = robot.map._pings.met(*gap, robot.travel_m)
+    assert through[0] >= 2
+    assert ended[0] > through[0]
+    assert robot.map.gaps(*gap).tolist() == [SHUT]
+
+
 def test_a_wide_gap_needs_no_proof() -> None:
     robot = Listener(DOOR, doubtful_m=0.9)
     assert robot.map.gaps(np.array([[5.0, 0.0]]), np.array([[5.0, 1.0]])).tolist() == [OPEN]
@@ -137,6 +149,22 @@ def test_what_was_touched_stays_for_some_travel() -> None:
     assert [0.5, 0.0] in robot.map.obstacle_points().tolist()
     robot.drive(0.0, -4.5)
     assert [0.5, 0.0] not in robot.map.obstacle_points().tolist()
+
+
+def test_what_stops_the_body_becomes_an_obstacle() -> None:
+    robot = Listener(CORRIDOR)
+    robot.drive(-2.0, 0.0)
+    robot.step(SE2(), dict.fromkeys(range(16), 0.25))
+    for _ in range(8):  # the sonars ahead, behind and aside hear something once, which no map believes
+        robot.step(SE2(), dict.fromkeys(range(16), 0.25))
+    base = SE2(0.036, 0.0, 0.0)
+    assert np.hypot(*(robot.map.obstacle_points() - (0.44, 0.0)).T).min() > 0.3
+    robot.map.stopped(base, backwards=True)
+    assert np.hypot(*(robot.map.obstacle_points() - (0.44, 0.0)).T).min() > 0.3
+    robot.map.stopped(base, backwards=False)
+    points = robot.map.obstacle_points()
+    assert np.hypot(*(points - (0.44, 0.0)).T).min() < 0.05
+    assert np.hypot(*(points - (0.0, 0.44)).T).min() > 0.3  # beside the body nothing stopped it
 
 
 def test_what_was_not_heard_again_is_forgotten() -> None:

@@ -3,6 +3,8 @@
 import dataclasses
 from dataclasses import dataclass
 
+import numpy as np
+
 from hslam_gvg.caution import SEVERAL, Caution
 from hslam_gvg.config import GvgConfig
 from hslam_gvg.safety import Reflex
@@ -32,6 +34,7 @@ class RingGuard:
     def __init__(self, config: RingGuardConfig, body_m: float) -> None:
         """Begin without having listened."""
         values = GvgConfig.from_mapping(dataclasses.asdict(config) | {"body_m": body_m})
+        self._second_echo_m = config.second_echo_m
         self._reflex, self._caution, self._trail = Reflex(values), Caution(values), Trail()
 
     def hear(self, sweep: SonarSweep, bases: tuple[SE2, ...], base_in_odom: SE2) -> None:
@@ -45,3 +48,8 @@ class RingGuard:
         careful = self._caution.limit(wanted, base_in_odom, obstacles, self._trail, SEVERAL)
         command = self._reflex.limit(careful, base_in_odom)
         return command, self._caution.blocked or self._reflex.blocked
+
+    def stopping(self, base_in_odom: SE2, backwards: bool) -> Array:
+        """Return the places (n x 2) of the echoes that stop a motion, none where it is not stopped by echoes."""
+        near = [echo for echo in self._reflex.in_way(base_in_odom, backwards) if echo[0] < self._second_echo_m]
+        return np.array([place for _, *place in near]).reshape(-1, 2)

@@ -15,10 +15,14 @@ SAME_PLACE_M, SAME_RANGE_M, SAME_AXIS = 0.05, 0.06, math.cos(math.radians(3.0))
 """A ping from the same place, along the same axis, with the same answer says nothing new."""
 CORE = 11.0 / 15.0
 """Share of its half cone in which a ping surely hears a wall that faces it (the lobe is weak towards its rim)."""
-THROUGH = math.cos(math.radians(35.0))
-"""A wall across a gap would have answered a ping that met it no flatter than so."""
+FACED = math.tan(math.radians(22.0))
+"""A wall surely answers a ping that meets it no flatter than so (specular above 25 to 30 degrees)."""
 THROUGH_M, PAST_M, ENDED_M = 2.2, 0.25, 0.12
-"""Pings go through a gap this near, and past it by so much; or they end at it."""
+"""Pings go through a gap this near, and past it by so much at least; or they end at it."""
+POCKET = 0.5
+"""A corner that was not heard lies this far behind the gap in its place, in widths of it: such a gap is no way."""
+JAMB = 0.1
+"""Share of a gap at either end where its jambs answer."""
 Counts = npt.NDArray[np.intp]
 
 
@@ -60,18 +64,26 @@ class PingMemory:
     def met(self, begin: Array, end: Array, odometer_m: float) -> tuple[Counts, Counts]:
         """Return how many pings went through each gap (``begin`` to ``end``, n x 2 each), and how many ended at it.
 
-        Only those count that a wall across the gap would have answered.
+        Only those count that a wall across the gap would have answered: some of it lies in the core of the cone, and is
+        met squarely enough.
         """
-        x, y, ux, uy, heard = self.recent(odometer_m)[:5]
-        off_x, off_y = begin[:, 0, None] - x, begin[:, 1, None] - y
+        x, y, ux, uy, heard, _, _, core = self.recent(odometer_m)
         gap = end - begin
-        gap_x, gap_y = gap[:, 0, None], gap[:, 1, None]
-        cross = ux * gap_y - uy * gap_x
-        safe = np.where(np.abs(cross) < 1e-9, 1e-9, cross)
-        way, share = (off_x * gap_y - off_y * gap_x) / safe, (off_x * uy - off_y * ux) / safe
-        met = (way > 0.0) & (way < THROUGH_M) & (share > 0.1) & (share < 0.9)
-        met &= np.abs(cross) > THROUGH * np.hypot(gap_x, gap_y)
-        through = np.count_nonzero(met & (heard > way + PAST_M), axis=1)
-        middle = (share > 0.25) & (share < 0.75)
-        ended = np.count_nonzero(met & middle & (np.abs(heard - way) < ENDED_M), axis=1)
+        width = np.hypot(gap[:, 0], gap[:, 1])[:, None] + 1e-9
+        tx, ty = gap[:, 0, None] / width, gap[:, 1, None] / width
+        off_x, off_y = x - begin[:, 0, None], y - begin[:, 1, None]
+        foot, aside = off_x * tx + off_y * ty, off_y * tx - off_x * ty
+        # How the axis leads along the gap and across it, away from the sonar.
+        along, across = ux * tx + uy * ty, np.where(aside > 0.0, ux * ty - uy * tx, uy * tx - ux * ty)
+        away = np.abs(aside)
+        axis, half = np.arctan2(along, across), np.arccos(core)
+        flat = 0.5 * math.pi - 0.01
+        low = np.maximum(foot + away * np.tan(np.clip(axis - half, -flat, flat)), foot - away * FACED)
+        high = np.minimum(foot + away * np.tan(np.clip(axis + half, -flat, flat)), foot + away * FACED)
+        low, high = np.maximum(low, JAMB * width), np.minimum(high, (1.0 - JAMB) * width)
+        distance = np.hypot(away, np.clip(foot, low, high) - foot)
+        met = (high > low) & (across > 0.0) & (distance < THROUGH_M)
+        pocket_m = ENDED_M + POCKET * width
+        through = np.count_nonzero(met & (heard > distance + np.maximum(PAST_M, pocket_m)), axis=1)
+        ended = np.count_nonzero(met & (heard > distance - ENDED_M) & (heard < distance + pocket_m), axis=1)
         return through, ended

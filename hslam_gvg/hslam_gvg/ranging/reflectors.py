@@ -3,7 +3,7 @@
 A wall answers a sonar that it faces (Leonard and Durrant-Whyte 1992), so every other ping says something of a
 candidate: its echo agrees, which supports it; or it was fired along the candidate's normal and went past, which
 contradicts it.  A wall met askew is never charged with silence.  An echo that a proven reflector explains has no
-other cause.
+other cause; what nothing explains may be an edge (`hslam_gvg.ranging.edges`), or noise.
 """
 
 import math
@@ -11,6 +11,7 @@ import math
 import numpy as np
 
 from hslam_gvg.ranging.cone_ping import ConePing
+from hslam_gvg.ranging.edges import EDGE_M, edges, suspicious
 from hslam_gvg.ranging.rolling_grid import Mask
 from hslam_types.se2 import Array
 
@@ -34,8 +35,8 @@ PROVEN = 4.0
 EXPLAINED_M, BESIDE_M = 0.06, 0.15
 LOBE, SIDE_LOBE, SIDE_LOBE_M = math.cos(math.radians(20.0)), math.cos(math.radians(42.0)), 1.5
 """A wall is heard by the rim of a lobe, and from near by a side lobe out to where flat walls were measured to echo."""
-LONELY_M = 1.2
-"""An echo with one witness, and nothing against it, is believed from this near."""
+SUSPECTED_FOR_M = 3.0
+"""What nothing explains is minded for so much travel."""
 X, Y, AXIS, RANGE, HALF, BORN = range(6)
 
 
@@ -52,13 +53,19 @@ class Reflectors:
         """Place x, y and normal x, y of each candidate; the normal points to the sonar."""
         self._support = np.zeros((CAPACITY, len(OFFSETS)))
         self._against = np.zeros((CAPACITY, len(OFFSETS)))
+        self._silent = np.zeros((CAPACITY, len(OFFSETS)))
+        """How many pings listened to each candidate from near and went past, at whatever angle."""
+        self._proven: Array = np.zeros((0, 2))
+        self._open = np.zeros(CAPACITY, bool)
+        """Which echoes nothing explains."""
 
     def weigh(self, ping: Array) -> None:
         """Let a new ping (8, as `PingMemory` keeps it) speak for and against every candidate."""
         n = self._count
-        support, against = _witness(self._candidate[:, :n], ping)
+        support, against, silent = _witness(self._candidate[:, :n], ping)
         self._support[:n] += support
         self._against[:n] += against
+        self._silent[:n] += silent
 
     def add(self, ping: ConePing, pings: Array, odometer_m: float) -> None:
         """Add the echo of a ping, weighed by the pings so far (8 x n, itself among them)."""
@@ -69,9 +76,11 @@ class Reflectors:
         c, s = np.cos(azimuth), np.sin(azimuth)
         self._echo[:, n] = ping.x, ping.y, ping.axis, ping.range_m, ping.half_cone, odometer_m
         self._candidate[:, n] = ping.x + ping.range_m * c, ping.y + ping.range_m * s, -c, -s
-        support, against = _witness(self._candidate[:, n, :, None], pings[:, None, :])
+        support, against, silent = _witness(self._candidate[:, n, :, None], pings[:, None, :])
         self._support[n] = np.count_nonzero(support, axis=1) - 1  # its own
         self._against[n] = np.count_nonzero(against, axis=1)
+        self._silent[n] = np.count_nonzero(silent, axis=1)
+        self._open[n] = not _explained(self._echo[:, n : n + 1], np.full((1, 2), math.inf), self._proven)[0]
         self._count = n + 1
 
     def points(self, odometer_m: float) -> Array:
@@ -84,18 +93,28 @@ class Reflectors:
         score = support - CONTRADICTED * against - 0.06 * np.abs(OFFSETS)
         best = score.argmax(axis=1)
         each = np.arange(len(rows))
-        top, heard, denied = score[each, best], support[each, best], against[each, best]
+        top, heard = score[each, best], support[each, best]
         level = score >= top[:, None] - LEVEL
         azimuth = echo[AXIS] + echo[HALF] * (level @ OFFSETS) / np.count_nonzero(level, axis=1)
         places = np.column_stack((echo[X] + echo[RANGE] * np.cos(azimuth), echo[Y] + echo[RANGE] * np.sin(azimuth)))
         believed = (heard >= self._need) & (top >= 0.75 * self._need)
         proven = believed & (heard >= PROVEN)
-        lonely = ~believed & (denied <= 1.0) & (heard >= 1.0) & (echo[RANGE] < LONELY_M)
+        self._proven = places[proven]
         explained = np.zeros(len(rows), bool)
-        doubtful = ~proven & (believed | lonely)
-        explained[doubtful] = _explained(echo[:, doubtful], places[doubtful], places[proven])
-        chosen: Array = places[(believed | lonely) & ~explained]
-        return chosen
+        explained[~proven] = _explained(echo[:, ~proven], places[~proven], places[proven])
+        chosen = believed & ~explained
+        self._open[:n] = False
+        self._open[rows[~chosen & ~explained]] = True
+        loose = np.flatnonzero(~chosen & ~explained & (echo[RANGE] < EDGE_M))
+        found, which = edges(self._candidate[:2, rows[loose]], echo[:, loose], self._silent[rows[loose]])
+        self._open[rows[loose[which]]] = False
+        return np.concatenate((places[chosen], found))
+
+    def suspects(self, odometer_m: float) -> Array:
+        """Return the places, n x 2, where near echoes may have come from that nothing explains yet."""
+        n = self._count
+        rows = np.flatnonzero(self._open[:n] & (self._echo[BORN, :n] > odometer_m - SUSPECTED_FOR_M))
+        return suspicious(self._candidate[:2, rows], self._echo[RANGE, rows], self._silent[rows])
 
     def _forget(self, odometer_m: float) -> None:
         if self._count < CAPACITY:
@@ -105,10 +124,11 @@ class Reflectors:
         n = self._count = len(kept)
         self._echo[:, :n], self._candidate[:, :n] = self._echo[:, kept], self._candidate[:, kept]
         self._support[:n], self._against[:n] = self._support[kept], self._against[kept]
+        self._silent[:n], self._open[:n] = self._silent[kept], self._open[kept]
 
 
-def _witness(candidates: Array, pings: Array) -> tuple[Mask, Mask]:
-    """Return what pings (8 first) say for and what against candidates (4 first), as the two broadcast."""
+def _witness(candidates: Array, pings: Array) -> tuple[Mask, Mask, Mask]:
+    """Return which pings (8 first) speak for, and against, candidates (4 first), and which went past them."""
     px, py, nx, ny = candidates
     x, y, ux, uy, heard, _, rim, core = pings
     dx, dy = px - x, py - y
@@ -117,8 +137,8 @@ def _witness(candidates: Array, pings: Array) -> tuple[Mask, Mask]:
     aside = distance * np.sqrt(np.maximum(1.0 - facing * facing, 0.0))
     agrees = np.abs(distance - heard) < TOLERANCE_M + TOLERANCE_SHARE * heard
     support = agrees & (on_axis > rim - RIM_SLACK * np.sqrt(1.0 - rim * rim)) & (facing > 0.0) & (aside < ASIDE_M)
-    against = (heard > distance + PAST_M) & (on_axis > core) & (facing > FACED) & (distance < FACED_M)
-    return support, against
+    past = (heard > distance + PAST_M) & (on_axis > core)
+    return support, past & (facing > FACED) & (distance < FACED_M), past & (distance < EDGE_M)
 
 
 def _explained(echo: Array, places: Array, proven: Array) -> Mask:

@@ -10,6 +10,7 @@ from collections import deque
 import numpy as np
 
 from hslam_gvg.guards.ring_guard import RingGuard, RingGuardConfig
+from hslam_gvg.guards.wariness import wary
 from hslam_gvg.local_graph.gaps import OPEN, SHUT, UNKNOWN, Gaps
 from hslam_gvg.ranging.cone_ping import ConePing, PingPlaces, cone_pings
 from hslam_gvg.ranging.ping_memory import CORE, PingMemory
@@ -21,6 +22,8 @@ from hslam_types.sensing import OdometrySample, SonarSweep, Velocity
 
 SHORT_OF_ECHO_M, LEAST_FREE_M = 0.12, 0.05
 """Free space ends so much before the echo that bounds it; shorter cones show nothing."""
+THROUGH_SHARE = 0.3
+"""Of the pings that met a gap so many went through if it is one: the others hear its jambs; a wall is missed seldom."""
 BODY_FREE_M = 0.3
 TRODDEN_STEP_M = 0.1
 FORGET_EVERY_M = 0.25
@@ -83,7 +86,8 @@ class SonarMap:
         if len(narrow):
             through, ended = self._pings.met(begin[narrow], end[narrow], self._odometer_m)
             least = self._config.gap_pings
-            known[narrow] = np.where(through >= np.maximum(least, ended), OPEN, np.where(ended >= least, SHUT, UNKNOWN))
+            is_open = (through >= least) & (through >= THROUGH_SHARE * (through + ended))
+            known[narrow] = np.where(is_open, OPEN, np.where(ended >= least, SHUT, UNKNOWN))
         return known
 
     def recent(self) -> Array:
@@ -92,7 +96,13 @@ class SonarMap:
 
     def limited(self, wanted: Velocity, base_in_odom: SE2, obstacles: Array) -> tuple[Velocity, bool]:
         """Return the command that the latest echoes, and where was listened, allow, and whether it was stopped."""
-        return self._guard.limited(wanted, base_in_odom, obstacles)
+        command, stopped = self._guard.limited(wanted, base_in_odom, obstacles)
+        return wary(command, base_in_odom, self._reflectors.suspects(self._odometer_m), self._body_m), stopped
+
+    def stopped(self, base_in_odom: SE2, *, backwards: bool) -> None:
+        """Note the echoes that stopped the body: who cannot pass goes round, whatever the map makes of them."""
+        for x, y in self._guard.stopping(base_in_odom, backwards).tolist():
+            self.touch(x, y, self._odometer_m)
 
     def _hear(self, ping: ConePing) -> None:
         self._free(ping)

@@ -24,7 +24,7 @@ class SonarMapConfig(Configuration):
     )
     support: float = parameter(2.0, "pings that make an echo an obstacle, besides its own", low=1.0, high=20.0)
     doubtful_m: float = parameter(
-        1.6, "a narrower gap between obstacles is a way only if pings went through it", low=0.0, high=3.0, unit="m"
+        3.0, "a narrower gap between obstacles is a way only if pings went through it", low=0.0, high=3.0, unit="m"
     )
     gap_pings: int = parameter(2, "so many pings through a gap open it, so many that end at it shut it", low=1, high=20)
     trodden_m: float = parameter(
