@@ -11,7 +11,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from hslam_bringup import errand_commands
+from hslam_bringup import atlas_commands, errand_commands
 from hslam_bringup.linear_algebra import hold_to_one_thread
 from hslam_bringup.robots import Robot
 from hslam_types.errors import HslamError
@@ -26,6 +26,9 @@ bag_app = typer.Typer(help="Look into bags and repair damaged ones.", no_args_is
 app.add_typer(bag_app, name="bag")
 app.command()(errand_commands.navigate)
 app.command()(errand_commands.localise)
+app.command()(atlas_commands.info)
+app.command()(atlas_commands.plot)
+app.command()(atlas_commands.export)
 console = Console()
 
 World = Annotated[str, typer.Argument(help="wean_hall_6, small_world, a world YAML or a map_server YAML")]
