@@ -59,6 +59,23 @@ def merge(state: AtlasState, gone: int, kept: int, gone_in_kept: UncertainPose) 
     return True
 
 
+@dataclass(frozen=True, slots=True)
+class Consequence:
+    """What `merge` would make one, the one gone first: pairs of nodes and of edges."""
+
+    nodes: frozenset[tuple[int, int]]
+    edges: frozenset[tuple[int, int]]
+
+
+def consequence(state: AtlasState, gone: int, kept: int, gone_in_kept: UncertainPose) -> Consequence | None:
+    """Return what `merge` would do, ``gone`` being the younger node; None where it would refuse. Nothing is changed."""
+    unions = _plan(state, gone, kept, gone_in_kept)
+    if unions is None:
+        return None
+    nodes = frozenset((union.gone, union.kept) for union in unions)
+    return Consequence(nodes, frozenset((twin.gone, twin.kept) for union in unions for twin in union.twins))
+
+
 def branch_partners(gone: Node, kept: Node, gone_in_kept: UncertainPose, gate: float) -> dict[int, int | None]:
     """Return for each branch key of ``gone`` the key of ``kept``'s branch that lies in the same direction."""
     ordered = gone.ordered()

@@ -1,4 +1,4 @@
-"""The subcommands that look into an atlas or hand it on: info, plot, export."""
+"""The subcommands that look into an atlas or hand it on: info, plot, export, merge."""
 
 import json
 import sys
@@ -86,6 +86,27 @@ def export(
     except OSError as error:
         raise RunError(f"cannot write {out}: {error.strerror or error}") from error
     _print({"file": str(done.path), "said": done.said}, as_json=as_json)
+
+
+def merge(
+    a: Annotated[Path, typer.Argument(help="an atlas file; its ids stay")],
+    b: Annotated[Path, typer.Argument(help="another of the same floor, by another session or robot")],
+    *,
+    out: Annotated[Path, typer.Option(help="atlas file to write, a new one")],
+    as_json: Json = False,
+) -> None:
+    """Join two atlases of one floor where they overlap, wherever each of them began.
+
+    Example: hslam merge monday/atlas.db tuesday/atlas.db --out both.db
+
+    Exit status 1, a line that says why, and no file where it is not beyond doubt how they belong together.
+    """
+    from hslam_bringup.joined_atlas import joined
+
+    with Console(stderr=True).status("matching edges"):
+        done = joined(a, b, out)
+    fields = {"nodes_in_common": done.nodes, "edges_in_common": done.edges, "evidence": done.evidence}
+    _print({"file": str(out), **fields}, as_json=as_json)
 
 
 def _watched(what: str, run: Callable[[Callable[[float], None]], Any]) -> Any:

@@ -29,6 +29,7 @@ app.command()(errand_commands.localise)
 app.command()(atlas_commands.info)
 app.command()(atlas_commands.plot)
 app.command()(atlas_commands.export)
+app.command()(atlas_commands.merge)
 console = Console()
 
 World = Annotated[str, typer.Argument(help="wean_hall_6, small_world, a world YAML or a map_server YAML")]
