@@ -62,20 +62,16 @@ class Reflex:
 
     def room(self, base_in_odom: SE2, backwards: bool) -> tuple[float, float]:
         """Return the nearest and the second nearest room (m) from the body to echoes in its way; inf for none."""
-        rooms = sorted(room_m for room_m, _, _ in self.in_way(base_in_odom, backwards))
-        return (*rooms, math.inf, math.inf)[0], (*rooms, math.inf, math.inf)[1]
-
-    def in_way(self, base_in_odom: SE2, backwards: bool) -> list[tuple[float, float, float]]:
-        """Return the echoes in the body's way: the room to each and its place x, y (m, odom)."""
         sign = -1.0 if backwards else 1.0
         c, s = sign * math.cos(base_in_odom.theta), sign * math.sin(base_in_odom.theta)
-        found, body_m = [], self._config.body_m
+        rooms, body_m = [], self._config.body_m
         for echo in self._echoes:
             dx, dy = echo.x - base_in_odom.x, echo.y - base_in_odom.y
             forward, left = c * dx + s * dy, c * dy - s * dx
             if forward > 0.0 and abs(left) < body_m + SIDE_ROOM_M:
-                found.append((math.hypot(dx, dy) - body_m, echo.x, echo.y))
-        return found
+                rooms.append(math.hypot(dx, dy) - body_m)
+        rooms.sort()
+        return (*rooms, math.inf, math.inf)[0], (*rooms, math.inf, math.inf)[1]
 
     def limit(self, wanted: Velocity, base_in_odom: SE2) -> Velocity:
         """Return the command that the echoes allow; turning on the spot always is."""

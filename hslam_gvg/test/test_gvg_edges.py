@@ -8,7 +8,7 @@ import pytest
 from hslam_gvg.ranging.cone_ping import ConePing
 from hslam_gvg.ranging.edges import CLEARED, SUSPECTED_M, edges, suspicious
 from hslam_gvg.ranging.ping_memory import PingMemory
-from hslam_gvg.ranging.reflectors import OFFSETS, Reflectors
+from hslam_gvg.ranging.reflectors import OFFSETS, Reflectors, _pieces
 from hslam_types.se2 import Array
 
 HALF_CONE = math.radians(15.0)
@@ -104,3 +104,19 @@ def test_what_a_wall_explains_is_no_suspect() -> None:
     assert len(ears.reflectors.suspects(0.0)) == 0
     ears.ping(0.55, 0.5, math.radians(65.0))
     assert len(ears.reflectors.suspects(0.0)) > 0
+
+
+def test_a_ping_past_it_along_its_normal_outweighs_two_that_agree() -> None:
+    ears = Ears()
+    for x in (0.0, 0.1, 0.2):
+        ears.ping(x, 2.35 - x)
+    assert len(ears.reflectors.points(0.0)) == 3
+    for axis in (-0.2, 0.0, 0.2):
+        ears.ping(0.3, math.inf, axis)
+    assert len(ears.reflectors.points(0.0)) == 0
+
+
+def test_a_wall_is_heard_in_pieces() -> None:
+    wall = [(0.3 * k, 1.0) for k in range(4)]
+    places = np.array([*wall, (0.5, 0.0), (0.7, 0.0)])
+    assert _pieces(places).tolist() == [False, True, True, False, False, False]

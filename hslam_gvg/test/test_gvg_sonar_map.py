@@ -151,22 +151,6 @@ def test_what_was_touched_stays_for_some_travel() -> None:
     assert [0.5, 0.0] not in robot.map.obstacle_points().tolist()
 
 
-def test_what_stops_the_body_becomes_an_obstacle() -> None:
-    robot = Listener(CORRIDOR)
-    robot.drive(-2.0, 0.0)
-    robot.step(SE2(), dict.fromkeys(range(16), 0.25))
-    for _ in range(8):  # the sonars ahead, behind and aside hear something once, which no map believes
-        robot.step(SE2(), dict.fromkeys(range(16), 0.25))
-    base = SE2(0.036, 0.0, 0.0)
-    assert np.hypot(*(robot.map.obstacle_points() - (0.44, 0.0)).T).min() > 0.3
-    robot.map.stopped(base, backwards=True)
-    assert np.hypot(*(robot.map.obstacle_points() - (0.44, 0.0)).T).min() > 0.3
-    robot.map.stopped(base, backwards=False)
-    points = robot.map.obstacle_points()
-    assert np.hypot(*(points - (0.44, 0.0)).T).min() < 0.05
-    assert np.hypot(*(points - (0.0, 0.44)).T).min() > 0.3  # beside the body nothing stopped it
-
-
 def test_what_was_not_heard_again_is_forgotten() -> None:
     robot = Listener(CORRIDOR, memory_m=2.0)
     robot.drive(-5.9, 0.0)

@@ -32,11 +32,16 @@ class Match(NamedTuple):
     way: Way
 
 
-def ways_at(graph: LocalGraph, pose: SE2, handled: Handled, travel_m: float) -> Iterator[tuple[float, Way]]:
-    """Yield the ways onward from where the robot is, in both directions of each branch near by, and how far off (m)."""
+def ways_at(
+    graph: LocalGraph, pose: SE2, handled: Handled, travel_m: float, reach_m: float = 0.5
+) -> Iterator[tuple[float, Way]]:
+    """Yield the ways onward from where the robot is, in both directions of each branch near by, and how far off (m).
+
+    A branch is near within ``reach_m``, and where there is room for it somewhat farther off.
+    """
     for branch, path in graph.paths():
         index, off_m = nearest(path, pose.x, pose.y)
-        if off_m > max(0.5, 0.7 * path[index, 2]):
+        if off_m > max(reach_m, 0.7 * path[index, 2]):
             continue
         for forwards in (True, False):
             for way in graph.onwards(branch, index, forwards, PASSED_LIMIT_M, lambda hub: handled.hides(hub, travel_m)):

@@ -71,6 +71,8 @@ class Following:
     """Looks that found the path at its end."""
     anew: int = 0
     """How often another way was taken where the path had ended."""
+    anew_m: float = 0.0
+    """The length of the traversal when that was last so."""
     blocks: int = 0
     """How often the body was stopped."""
     attended: bool = False

@@ -93,7 +93,6 @@ class Driver:
             self._blocked_since_ns = now.stamp_ns
         elif now.since_s(self._blocked_since_ns) > now.config.blocked_s:
             self._blocked_since_ns = None
-            now.around.stopped(backwards=wanted.forward < 0.0)
             self._recoil(math.copysign(1.0, wanted.forward), BLOCKED_STEPS, now)
         self._stall.tell(command)
         return command

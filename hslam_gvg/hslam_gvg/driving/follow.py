@@ -28,10 +28,14 @@ AGAIN_M = 0.05
 NEAR_ENOUGH_AFTER, NEAR_ENOUGH_M = 3, 1.0
 """Stopped so often, a node this near is homed on from there."""
 ANEW = 2
-"""So many times another way is taken where the one followed has ended."""
+"""So many times another way is taken where the one followed has ended,"""
+ANEW_AFTER_M = 6.0
+"""and as often again after so long a way."""
 TRODDEN_M, TRAIL_BACK_M = 0.28, 3.2
 """A way whose points are on average no farther from the last metres of the trail leads back."""
 OFF_M, LEAST_WAY_M = 0.6, 0.5
+BACK_ON_M = 1.5
+"""A robot that has strayed goes back on the graph from as far as this, if nothing is between."""
 LEAST_EDGE_M = 1.0
 
 
@@ -127,6 +131,8 @@ def _at_end(doing: Following, now: Now) -> Step:
     if now.config.listening_turn > 0.0 and not doing.attended:
         then = dataclasses.replace(doing, attended=True, blocks=0)
         return Step(Velocity(), Attending(then, now.around.turned))
+    if now.traversal.length_m > doing.anew_m + ANEW_AFTER_M:
+        doing = dataclasses.replace(doing, anew=0)
     if doing.anew < ANEW:
         now.around.look()
         if (other := _another_way(doing, now)) is not None:
@@ -149,14 +155,24 @@ def _another_way(doing: Following, now: Now) -> Following | None:
     trail = now.traversal.back(TRAIL_BACK_M)
     ways = [
         (unlike_m(way.path, doing.path, around.pose) + 0.3 * off_m, way)
-        for off_m, way in ways_at(graph, around.pose, now.handled, around.travel_m)
-        if off_m <= OFF_M and length_m(way.path) >= LEAST_WAY_M and not _trodden(way.path, trail)
+        for off_m, way in ways_at(graph, around.pose, now.handled, around.travel_m, BACK_ON_M)
+        if length_m(way.path) >= LEAST_WAY_M
+        and (off_m <= OFF_M or around.line_is_clear(float(way.path[0, 0]), float(way.path[0, 1])))
+        and not _trodden(way.path, trail)
     ]
     best = min(ways, key=lambda found: found[0], default=None)
     if best is None:
         return None
     way = best[1]
-    return Following(way.path, graph.hub(way.end), graph.is_exit(way.end), anew=doing.anew + 1, attended=doing.attended)
+    here = np.array([[around.pose.x, around.pose.y, around.clearance(around.pose.x, around.pose.y)]])
+    return Following(
+        np.vstack((here, way.path)),
+        graph.hub(way.end),
+        graph.is_exit(way.end),
+        anew=doing.anew + 1,
+        anew_m=now.traversal.length_m,
+        attended=doing.attended,
+    )
 
 
 def _trodden(path: Array, trail: Array) -> bool:

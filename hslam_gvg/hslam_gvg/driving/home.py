@@ -73,6 +73,10 @@ def _judged(doing: Homing, now: Now) -> Step:
     graph, leg, pose = now.around.graph, now.traversal.leg, now.around.pose
     if graph is None or number is None:
         if doing.returned and leg is not None and leg.node is not None:
+            away_m = math.hypot(leg.node.x_in_odom - pose.x, leg.node.y_in_odom - pose.y)
+            if away_m > max(SAME_M, SAME_CLEARANCES * leg.node.clearance_m):
+                now.traversal.lose()
+                return Step(Velocity(), Idle())
             now.traversal.arrive(leg.node, leg.branch)
             return Step(Velocity(), Idle(Stand(leg.node, leg.paths)))
         radius_m = max(0.3, 0.5 * doing.clearance_m)

@@ -66,10 +66,6 @@ class Surroundings:
             x, y = math.cos(bearing + aside), math.sin(bearing + aside)
             self.map.touch(self.pose.x + reach * x, self.pose.y + reach * y, self.travel_m)
 
-    def stopped(self, *, backwards: bool) -> None:
-        """Note that the body could not move on."""
-        self.map.stopped(self.pose, backwards=backwards)
-
     def look(self) -> None:
         """Make the local graph anew from what the map has now."""
         self._looked_m = self.travel_m

@@ -1,9 +1,8 @@
 """What sonars hear at the moment, and where they have not listened yet, bound the pace before any map is sure."""
 
 import dataclasses
+from collections.abc import Sequence
 from dataclasses import dataclass
-
-import numpy as np
 
 from hslam_gvg.caution import SEVERAL, Caution
 from hslam_gvg.config import GvgConfig
@@ -34,13 +33,17 @@ class RingGuard:
     def __init__(self, config: RingGuardConfig, body_m: float) -> None:
         """Begin without having listened."""
         values = GvgConfig.from_mapping(dataclasses.asdict(config) | {"body_m": body_m})
-        self._second_echo_m = config.second_echo_m
         self._reflex, self._caution, self._trail = Reflex(values), Caution(values), Trail()
 
-    def hear(self, sweep: SonarSweep, bases: tuple[SE2, ...], base_in_odom: SE2) -> None:
-        """Take a sweep; ``bases`` holds base_link in odom at each ping."""
+    def hear(self, sweep: SonarSweep, bases: tuple[SE2, ...], base_in_odom: SE2, unexplained: Sequence[int]) -> None:
+        """Take a sweep; ``bases`` holds base_link in odom at each ping.
+
+        The reflex minds the ``unexplained`` pings alone (by number): off a wall that is known its points keep the body,
+        where an echo's place on the axis would stop it in a narrow corridor.
+        """
         self._trail.advance(base_in_odom.x, base_in_odom.y)
-        self._reflex.hear(sweep, bases)
+        minded = dataclasses.replace(sweep, pings=tuple(sweep.pings[i] for i in unexplained))
+        self._reflex.hear(minded, tuple(bases[i] for i in unexplained))
         self._caution.hear(sweep, bases)
 
     def limited(self, wanted: Velocity, base_in_odom: SE2, obstacles: Array) -> tuple[Velocity, bool]:
@@ -48,8 +51,3 @@ class RingGuard:
         careful = self._caution.limit(wanted, base_in_odom, obstacles, self._trail, SEVERAL)
         command = self._reflex.limit(careful, base_in_odom)
         return command, self._caution.blocked or self._reflex.blocked
-
-    def stopping(self, base_in_odom: SE2, backwards: bool) -> Array:
-        """Return the places (n x 2) of the echoes that stop a motion, none where it is not stopped by echoes."""
-        near = [echo for echo in self._reflex.in_way(base_in_odom, backwards) if echo[0] < self._second_echo_m]
-        return np.array([place for _, *place in near]).reshape(-1, 2)

@@ -34,6 +34,3 @@ class LocalMap(Protocol):
 
         ``obstacles`` (n x 2) are those of the last look.
         """
-
-    def stopped(self, base_in_odom: SE2, *, backwards: bool) -> None:
-        """Note that what was heard has kept the body from moving on."""

@@ -26,8 +26,8 @@ ASIDE_M = 0.45
 FACED, FACED_M = math.cos(math.radians(22.0)), 2.5
 """A wall that faces a sonar within this angle surely answers (specular above 25 to 30 degrees), from this near."""
 PAST_M = 0.2
-CONTRADICTED = 1.4
-"""What one contradiction weighs, in supports."""
+CONTRADICTED = 3.0
+"""What one contradiction weighs, in supports: a wall that faces a sonar is hardly ever silent, but arcs often cross."""
 LEVEL = 0.6
 """Candidates within so much of the best share the echo's place."""
 PROVEN = 4.0
@@ -35,6 +35,8 @@ PROVEN = 4.0
 EXPLAINED_M, BESIDE_M = 0.06, 0.15
 LOBE, SIDE_LOBE, SIDE_LOBE_M = math.cos(math.radians(20.0)), math.cos(math.radians(42.0)), 1.5
 """A wall is heard by the rim of a lobe, and from near by a side lobe out to where flat walls were measured to echo."""
+PIECE_M, OTHER_PIECES = 0.4, 2
+"""A wall is heard in pieces, so many of them this near to each; where echoes agree alone, there may be an edge."""
 SUSPECTED_FOR_M = 3.0
 """What nothing explains is minded for so much travel."""
 X, Y, AXIS, RANGE, HALF, BORN = range(6)
@@ -83,6 +85,11 @@ class Reflectors:
         self._open[n] = not _explained(self._echo[:, n : n + 1], np.full((1, 2), math.inf), self._proven)[0]
         self._count = n + 1
 
+    def explains(self, pings: tuple[ConePing, ...]) -> Mask:
+        """Return which pings heard a reflector that was proven when the places were last asked for."""
+        echo = np.array([(ping.x, ping.y, ping.axis, ping.range_m) for ping in pings]).reshape(-1, 4).T
+        return _explained(echo, np.full((echo.shape[1], 2), math.inf), self._proven)
+
     def points(self, odometer_m: float) -> Array:
         """Return the places of the echoes that are believed, n x 2."""
         n = self._count
@@ -103,6 +110,7 @@ class Reflectors:
         explained = np.zeros(len(rows), bool)
         explained[~proven] = _explained(echo[:, ~proven], places[~proven], places[proven])
         chosen = believed & ~explained
+        chosen[chosen] = _pieces(places[chosen])
         self._open[:n] = False
         self._open[rows[~chosen & ~explained]] = True
         loose = np.flatnonzero(~chosen & ~explained & (echo[RANGE] < EDGE_M))
@@ -141,8 +149,18 @@ def _witness(candidates: Array, pings: Array) -> tuple[Mask, Mask, Mask]:
     return support, past & (facing > FACED) & (distance < FACED_M), past & (distance < EDGE_M)
 
 
+def _pieces(places: Array) -> Mask:
+    """Return which places (n x 2) are pieces of a wall, having others of it beside them."""
+    apart = np.hypot(places[:, 0] - places[:, 0, None], places[:, 1] - places[:, 1, None])
+    pieces: Mask = np.count_nonzero(apart < PIECE_M, axis=1) > OTHER_PIECES
+    return pieces
+
+
 def _explained(echo: Array, places: Array, proven: Array) -> Mask:
-    """Return which echoes (6 x n) a proven reflector (m x 2) accounts for that is not the place itself (n x 2)."""
+    """Return which echoes a proven reflector (m x 2) accounts for that is not the place itself (n x 2).
+
+    Of an echo (rows of n) its place, axis and range are taken.
+    """
     dx, dy = proven[:, 0] - echo[X][:, None], proven[:, 1] - echo[Y][:, None]
     distance = np.sqrt(dx * dx + dy * dy) + 1e-9
     heard, axis = echo[RANGE][:, None], echo[AXIS][:, None]

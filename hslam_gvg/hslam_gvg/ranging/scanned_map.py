@@ -65,9 +65,6 @@ class ScannedMap:
         del base_in_odom, obstacles
         return wanted, False
 
-    def stopped(self, base_in_odom: SE2, *, backwards: bool) -> None:
-        """Learn nothing: what a scanner was stopped by it has drawn."""
-
     def _moved(self, base: SE2) -> bool:
         last, config = self._heard_from, self._config
         if last is None:

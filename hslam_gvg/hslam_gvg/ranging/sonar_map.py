@@ -56,8 +56,10 @@ class SonarMap:
             self._grid.forget_before(odometer_m - self._config.memory_m)
         self._tread(base)
         bases = self._places.of(heard, odom)
-        self._guard.hear(heard, bases, base)
-        for ping in cone_pings(heard, bases):
+        pings = cone_pings(heard, bases)
+        unexplained = np.flatnonzero(~self._reflectors.explains(pings)).tolist()
+        self._guard.hear(heard, bases, base, unexplained)
+        for ping in pings:
             self._hear(ping)
 
     def touch(self, x: float, y: float, odometer_m: float) -> None:
@@ -80,14 +82,16 @@ class SonarMap:
         return self._grid.is_free(x, y)
 
     def gaps(self, begin: Array, end: Array) -> Gaps:
-        """Return which gaps are open: wide ones, and those pings went through; where pings ended it is shut."""
+        """Return which gaps are open: those pings went through, and wide ones; where pings ended they are shut."""
         known = np.full(len(begin), OPEN, np.int8)
-        narrow = np.flatnonzero(np.hypot(*(end - begin).T) < self._config.doubtful_m)
-        if len(narrow):
-            through, ended = self._pings.met(begin[narrow], end[narrow], self._odometer_m)
+        width = np.hypot(*(end - begin).T)
+        asked = np.flatnonzero(width < max(self._config.doubtful_m, self._config.refuted_m))
+        if len(asked):
+            through, ended = self._pings.met(begin[asked], end[asked], self._odometer_m)
             least = self._config.gap_pings
             is_open = (through >= least) & (through >= THROUGH_SHARE * (through + ended))
-            known[narrow] = np.where(is_open, OPEN, np.where(ended >= least, SHUT, UNKNOWN))
+            unheard = np.where(width[asked] < self._config.doubtful_m, UNKNOWN, OPEN)
+            known[asked] = np.where(is_open, OPEN, np.where(ended >= least, SHUT, unheard))
         return known
 
     def recent(self) -> Array:
@@ -98,11 +102,6 @@ class SonarMap:
         """Return the command that the latest echoes, and where was listened, allow, and whether it was stopped."""
         command, stopped = self._guard.limited(wanted, base_in_odom, obstacles)
         return wary(command, base_in_odom, self._reflectors.suspects(self._odometer_m), self._body_m), stopped
-
-    def stopped(self, base_in_odom: SE2, *, backwards: bool) -> None:
-        """Note the echoes that stopped the body: who cannot pass goes round, whatever the map makes of them."""
-        for x, y in self._guard.stopping(base_in_odom, backwards).tolist():
-            self.touch(x, y, self._odometer_m)
 
     def _hear(self, ping: ConePing) -> None:
         self._free(ping)

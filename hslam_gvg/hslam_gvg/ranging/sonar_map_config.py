@@ -24,8 +24,12 @@ class SonarMapConfig(Configuration):
     )
     support: float = parameter(2.0, "pings that make an echo an obstacle, besides its own", low=1.0, high=20.0)
     doubtful_m: float = parameter(
-        3.0, "a narrower gap between obstacles is a way only if pings went through it", low=0.0, high=3.0, unit="m"
+        1.6, "a narrower gap between obstacles is a way only if pings went through it", low=0.0, high=3.0, unit="m"
     )
+    refuted_m: float = parameter(
+        3.0, "a narrower gap than this is none if pings ended at it; a wider one is always a way", low=0.0, high=5.0,
+        unit="m",
+    )  # fmt: skip
     gap_pings: int = parameter(2, "so many pings through a gap open it, so many that end at it shut it", low=1, high=20)
     trodden_m: float = parameter(
         4.0, "where the body was nothing is, for so many metres of travel", low=0.0, high=50.0, unit="m"

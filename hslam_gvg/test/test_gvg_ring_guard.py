@@ -1,0 +1,25 @@
+"""The guard of the ring: the reflex minds what no wall explains."""
+
+import numpy as np
+
+from hslam_gvg.guards.ring_guard import RingGuard, RingGuardConfig
+from hslam_types.se2 import SE2, Array
+from hslam_types.sensing import SCOUT_RING, SonarPing, SonarSweep, Velocity
+
+NOWHERE: Array = np.zeros((0, 2))
+NEAR = SonarSweep(10, SCOUT_RING, (SonarPing(0, 10, 0.15), SonarPing(1, 10, 0.15)))
+
+
+def commanded(unexplained: list[int]) -> Velocity:
+    """Return what is left of a wish to drive on when both sonars ahead hear something."""
+    guard = RingGuard(RingGuardConfig(), 0.19)
+    guard.hear(NEAR, (SE2(), SE2()), SE2(), unexplained)
+    return guard.limited(Velocity(0.05, 0.1), SE2(), NOWHERE)[0]
+
+
+def test_echoes_that_no_wall_explains_stop() -> None:
+    assert commanded([0, 1]).forward == 0.0
+
+
+def test_echoes_of_known_walls_do_not() -> None:
+    assert commanded([]).forward == 0.05
