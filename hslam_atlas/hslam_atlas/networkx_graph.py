@@ -5,15 +5,13 @@ import networkx as nx
 from hslam_atlas.graph import AtlasGraph
 from hslam_atlas.picture import Picture
 
-AtlasNetwork = nx.MultiGraph  # parallel edges and loops are common
 
-
-def networkx_graph(graph: AtlasGraph, pictures: list[Picture]) -> "AtlasNetwork[int]":
+def networkx_graph(graph: AtlasGraph, pictures: list[Picture]) -> "nx.MultiGraph[int]":
     """Return nodes and edges with what the atlas knows of them, lengths in metres, bearings in radians.
 
     ``pictures``: one a connected part; nodes of a part have places in its own frame, named by ``part``.
     """
-    network: AtlasNetwork[int] = nx.MultiGraph()
+    network: nx.MultiGraph[int] = nx.MultiGraph()
     for part, picture in enumerate(pictures):
         for node_id, pose in sorted(picture.nodes.items()):
             node = graph.nodes[node_id]
