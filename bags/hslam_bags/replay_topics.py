@@ -13,6 +13,7 @@ from rclpy.serialization import deserialize_message
 
 from hslam_bags.definitions import DefinitionSource
 from hslam_bags.errors import BagError
+from hslam_bags.grown_types import ROOM, has_grown
 from hslam_bags.message_types import message_class
 from hslam_bags.ros_qos import profile_from_offers
 from hslam_bags.stored import StoredMessage, StoredTopic
@@ -32,6 +33,7 @@ class ReplayTopics:
         self._path = path
         self._publishers: dict[str, Publisher] = {}
         self._kinds: dict[str, Any] = {}
+        self._room: dict[str, bytes] = {}
         self._checked: set[str] = set()
         installed = DefinitionSource()
         for topic in topics.values():
@@ -44,10 +46,13 @@ class ReplayTopics:
         return next(iter(self._kinds[topic].get_fields_and_field_types().values()), "") == _HEADER
 
     def publish(self, message: StoredMessage) -> None:
-        """Publish a message as it was recorded; BagError if a topic's first message is not of the topic's type."""
+        """Publish a message as it was recorded, with room for what its type has got since.
+
+        Raises BagError if a topic's first message is not of the topic's type.
+        """
         if message.topic not in self._checked:
             self._check(message)
-        self._publishers[message.topic].publish(message.raw)
+        self._publishers[message.topic].publish(message.raw + self._room[message.topic])
 
     def wait_until_heard(self) -> None:
         """Wait until every reliable subscriber has the last messages, for at most a second in all."""
@@ -61,10 +66,14 @@ class ReplayTopics:
         place = f"topic {topic.name}"
         try:
             kind = message_class(topic.type_name)
-            type_hash = installed.find(topic.type_name).type_hash
+            definition = installed.find(topic.type_name)
         except LookupError as error:
             raise BagError(self._path, place, f"{error}; or leave the topic out") from error
-        if topic.type_hash and type_hash and topic.type_hash != type_hash:
+        type_hash = definition.type_hash
+        changed = bool(topic.type_hash and type_hash) and topic.type_hash != type_hash
+        grown = changed and bool(topic.definition) and has_grown(topic.definition, definition.text)
+        self._room[topic.name] = ROOM if grown else b""
+        if changed and not grown:
             problem = f"was recorded with another definition of {topic.type_name} than the one installed"
             raise BagError(self._path, place, f"{problem} ({topic.type_hash[:15]}, {type_hash[:15]})")
         return kind
@@ -79,7 +88,7 @@ class ReplayTopics:
         """Decode a topic's first message once: bytes of another type would crash or mislead whoever listens."""
         self._checked.add(message.topic)
         try:
-            deserialize_message(message.raw, self._kinds[message.topic])
+            deserialize_message(message.raw + self._room[message.topic], self._kinds[message.topic])
         except Exception as error:  # whatever the type support raises
             place = f"topic {message.topic}, message at {message.log_ns} ns"
             raise BagError(self._path, place, f"does not decode as {message.type_name}: {error}") from error

@@ -6,8 +6,6 @@ With the run's own parameters it is the run's atlas, bit for bit; with others it
 from pathlib import Path
 from typing import Any
 
-from rclpy.serialization import deserialize_message
-
 from hslam_atlas.config import AtlasConfig
 from hslam_atlas.errors import StoreError
 from hslam_atlas.server import AtlasServer
@@ -16,7 +14,7 @@ from hslam_atlas.store_file import beside
 from hslam_bags.bag import Bag
 from hslam_bags.cycles import Portion, in_portions, in_stamp_order, stamp_of
 from hslam_bags.errors import BagError
-from hslam_bags.message_types import message_class
+from hslam_bags.grown_types import Decoder
 from hslam_bags.topic_choice import TopicChoice
 from hslam_bringup.run_options import RunOptions
 from hslam_ekf.config import EkfConfig
@@ -30,18 +28,16 @@ TOPICS = ("/odom", "/landmarks", "/gvg/events")
 class BagLoop:
     """Steps the EKF and the atlas by the cycles of a bag."""
 
-    def __init__(self, ekf: EkfServer, atlas: AtlasServer) -> None:
-        """Take the levels as they are; the atlas must not explore."""
+    def __init__(self, ekf: EkfServer, atlas: AtlasServer, decoder: Decoder) -> None:
+        """Take the levels as they are, and what decodes the bag; the atlas must not explore."""
         self.ekf, self.atlas = ekf, atlas
-        self._classes: dict[str, Any] = {}
+        self._decoder = decoder
 
     def step(self, portion: Portion) -> None:
         """Handle one cycle: what was recorded since the one before."""
         heard: dict[str, list[Any]] = {topic: [] for topic in TOPICS}
         for message in portion.messages:
-            if message.type_name not in self._classes:
-                self._classes[message.type_name] = message_class(message.type_name)
-            heard[message.topic].append(deserialize_message(message.raw, self._classes[message.type_name]))
+            heard[message.topic].append(self._decoder.decode(message))
         odom = conversions.odometry_from_msg(heard["/odom"][-1])
         looks = [conversions.landmarks_from_msg(msg) for msg in heard["/landmarks"]]
         events = tuple(conversions.event_from_msg(msg) for msg in heard["/gvg/events"])
@@ -77,6 +73,7 @@ def _build(bag: Bag, options: RunOptions, store: AtlasStore) -> int:
     loop = BagLoop(
         EkfServer(EkfConfig.from_mapping(options.node_settings("ekf"))),
         AtlasServer(AtlasConfig.from_mapping(options.node_settings("atlas") | {"mission": "none"}), store),
+        Decoder(bag.topics.values()),
     )
     cycles = 0
     for portion in in_portions(in_stamp_order(bag.messages(TopicChoice(TOPICS)), stamp_of), "/odom"):

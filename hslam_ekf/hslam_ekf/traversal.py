@@ -1,5 +1,6 @@
 """One traversal: a filter from departure to arrival, the edge-map it ends in, and the link to the next one."""
 
+import math
 from copy import deepcopy
 
 import numpy as np
@@ -19,6 +20,8 @@ from hslam_types.sensing import LandmarkView
 
 _OUT_OF_SIGHT_M = 0.5
 """Landmarks expected this much beyond the sensor's range cannot be what was seen."""
+_INSIDE = 2.0
+"""By how many deviations of its bearing a landmark must be inside a field of view for its absence to count."""
 
 
 class Traversal:
@@ -46,13 +49,15 @@ class Traversal:
         readings = np.array(view.sightings, dtype=np.float64).reshape(-1, 4)
         sightings, noise = readings[:, :2], readings[:, 2:] ** 2
         distance = observe(self.filter.mean[:3], self.filter.landmarks)[:, 0]
-        expected = self.filter.expect(np.flatnonzero(distance < view.range_max_m + _OUT_OF_SIGHT_M))
+        reach_m = view.range_max_m + math.hypot(view.field.sensor_x, view.field.sensor_y)
+        expected = self.filter.expect(np.flatnonzero(distance < reach_m + _OUT_OF_SIGHT_M))
         verdict = associate(
             sightings, noise, expected.sightings, expected.spread,
             accept_gate=self._config.accept_gate, new_gate=self._config.new_gate,
         )  # fmt: skip
         self.filter.correct(expected, verdict.landmarks, sightings[verdict.sightings], noise[verdict.sightings])
-        inside = expected.sightings[:, 0] < view.range_max_m
+        margins = _INSIDE * np.sqrt(expected.spread[:, 1, 1])
+        inside = view.field.shows(expected.sightings, view.range_max_m, margins)
         self._evidence.count(
             expected.landmarks[verdict.landmarks], expected.landmarks[inside], expected.sightings[inside], sightings
         )

@@ -12,10 +12,12 @@ from hslam_landmarks.faces import faces
 from hslam_landmarks.outline import outline
 from hslam_landmarks.poles import poles
 from hslam_types.se2 import SE2, rotation
-from hslam_types.sensing import LandmarkSighting, LandmarkView, RangeScan
+from hslam_types.sensing import FieldOfView, LandmarkSighting, LandmarkView, RangeScan
 
 _NEAREST_M = 0.1
 """A landmark nearer than this to base_link's origin has no bearing to speak of."""
+_CLOSED = 1.5
+"""A gap in the round of less than so many steps between beams is the usual one before the first beam."""
 
 
 class ScanLandmarks:
@@ -46,14 +48,25 @@ def lookout_from_mapping(values: Mapping[str, Any]) -> tuple[ScanLandmarks, Scan
 def look(scan: RangeScan, config: ScanLandmarksConfig) -> LandmarkView:
     """Return the landmarks of one scan, by bearing."""
     range_max_m = min(config.range_max_m, scan.range_max_m)
+    field = _field(scan)
     seen = outline(scan, config.range_std_m)
     if seen is None:
-        return LandmarkView(scan.stamp_ns, range_max_m, ())
+        return LandmarkView(scan.stamp_ns, range_max_m, (), field)
     free = poles(seen, config)
     points = [*free.values(), *corners(seen, faces(seen, config, free), config)]
     sightings = (_sighting(point, scan.sensor_in_base, config) for point in _apart(points, config))
     told = [s for s in sightings if s is not None and _NEAREST_M < s.range_m < range_max_m]
-    return LandmarkView(scan.stamp_ns, range_max_m, tuple(sorted(told, key=lambda seen: seen.bearing)))
+    return LandmarkView(scan.stamp_ns, range_max_m, tuple(sorted(told, key=lambda seen: seen.bearing)), field)
+
+
+def _field(scan: RangeScan) -> FieldOfView:
+    """Return what a scan could have shown; beams that come round to the first again leave no gap."""
+    x, y, theta = scan.sensor_in_base
+    span = scan.bearing_step * max(len(scan.ranges) - 1, 0)
+    if span + _CLOSED * scan.bearing_step >= math.tau:
+        return FieldOfView(x, y, range_min_m=scan.range_min_m)
+    first = theta + scan.first_bearing
+    return FieldOfView(x, y, first, first + span, scan.range_min_m)
 
 
 def _apart(points: list[Point], config: ScanLandmarksConfig) -> list[Point]:

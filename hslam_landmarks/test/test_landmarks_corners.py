@@ -139,3 +139,15 @@ def test_ends_are_known_as_well_as_they_say() -> None:
         chis += [chi for chi, is_end in zip(chi_of(scan, base, truth, config), near, strict=True) if is_end]
     assert len(chis) > 400
     assert 0.7 < float(np.mean(chis)) / 2.0 < 1.3
+
+
+def test_a_look_says_what_the_scan_could_have_shown() -> None:
+    half = np.full(181, 3.0)
+    scan = RangeScan(0, SE2(0.2, 0.1, 0.3), -math.pi / 2.0, math.pi / 180.0, 0.15, 8.0, half)
+    field = look(scan, ScanLandmarksConfig()).field
+    assert field == pytest.approx((0.2, 0.1, 0.3 - math.pi / 2.0, 0.3 + math.pi / 2.0, 0.15))
+    for beams in (360, 361):
+        round_it = dataclasses.replace(scan, ranges=np.full(beams, 3.0))
+        assert look(round_it, ScanLandmarksConfig()).field == (0.2, 0.1, 0.0, 0.0, 0.15)
+    gap = look(dataclasses.replace(scan, ranges=np.full(350, 3.0)), ScanLandmarksConfig()).field
+    assert (gap.bearing_to - gap.bearing_from) == pytest.approx(math.radians(349.0))

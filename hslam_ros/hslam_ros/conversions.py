@@ -43,6 +43,7 @@ from hslam_types.errors import MessageError
 from hslam_types.gvg_events import EventKind, GvgEvent, NodeKind, NodeView
 from hslam_types.se2 import SE2
 from hslam_types.sensing import (
+    FieldOfView,
     LandmarkSighting,
     LandmarkView,
     OdometrySample,
@@ -180,6 +181,11 @@ def landmarks_to_msg(view: LandmarkView) -> LandmarkObservations:
         bearings=array("d", (s.bearing for s in view.sightings)),
         range_stds=array("d", (s.range_std_m for s in view.sightings)),
         bearing_stds=array("d", (s.bearing_std for s in view.sightings)),
+        sensor_x=view.field.sensor_x,
+        sensor_y=view.field.sensor_y,
+        view_from=view.field.bearing_from,
+        view_to=view.field.bearing_to,
+        range_min=view.field.range_min_m,
     )
 
 
@@ -194,7 +200,14 @@ def landmarks_from_msg(msg: LandmarkObservations) -> LandmarkView:
         strict=True,
     )
     sightings = tuple(LandmarkSighting(*row) for row in columns)
-    return LandmarkView(stamp(msg.header.stamp), number(msg.range_max, "range_max", 0.0, FARTHEST_M), sightings)
+    field = FieldOfView(
+        number(msg.sensor_x, "sensor_x", -FARTHEST_M, FARTHEST_M),
+        number(msg.sensor_y, "sensor_y", -FARTHEST_M, FARTHEST_M),
+        number(msg.view_from, "view_from"),
+        number(msg.view_to, "view_to"),
+        number(msg.range_min, "range_min", 0.0, FARTHEST_M),
+    )
+    return LandmarkView(stamp(msg.header.stamp), number(msg.range_max, "range_max", 0.0, FARTHEST_M), sightings, field)
 
 
 def event_to_msg(event: GvgEvent) -> GvgEventMsg:

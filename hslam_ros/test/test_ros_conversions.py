@@ -17,6 +17,7 @@ from hslam_types.gvg_events import EventKind, GvgEvent, NodeKind, NodeView
 from hslam_types.se2 import SE2, wrap
 from hslam_types.sensing import (
     SCOUT_RING,
+    FieldOfView,
     LandmarkSighting,
     LandmarkView,
     OdometrySample,
@@ -92,7 +93,10 @@ deviations = st.floats(1e-4, 6.0)
 sightings = st.builds(LandmarkSighting, st.floats(0.001, 100.0), angles, deviations, deviations)
 
 
-@given(st.builds(LandmarkView, stamps, positive, st.lists(sightings, max_size=12).map(tuple)))
+fields_of_view = st.builds(FieldOfView, *[st.floats(-10.0, 10.0)] * 4, positive)
+
+
+@given(st.builds(LandmarkView, stamps, positive, st.lists(sightings, max_size=12).map(tuple), fields_of_view))
 def test_landmarks_are_exact(view: LandmarkView) -> None:
     assert conversions.landmarks_from_msg(through_cdr(conversions.landmarks_to_msg(view))) == view
 

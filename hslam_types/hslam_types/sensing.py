@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
-from hslam_types.se2 import SE2, Array
+from hslam_types.se2 import SE2, Array, wrap_all
 
 
 class Velocity(NamedTuple):
@@ -114,13 +115,43 @@ class LandmarkSighting(NamedTuple):
     bearing_std: float
 
 
+class FieldOfView(NamedTuple):
+    """Where a landmark sensor sees: a sector about its place, counter-clockwise from one direction to another."""
+
+    sensor_x: float = 0.0
+    """The sensor's place in base_link (m)."""
+    sensor_y: float = 0.0
+    bearing_from: float = 0.0
+    """Directions by base_link's axes (rad); two that are equal: all round."""
+    bearing_to: float = 0.0
+    range_min_m: float = 0.0
+    """Nearer to the sensor than this it sees nothing."""
+
+    def shows(self, places: Array, range_max_m: float, margins: Array) -> npt.NDArray[np.bool_]:
+        """Tell which places (k x 2, range and bearing from base_link) lie inside up to a range from the sensor.
+
+        ``margins`` (k, rad): by how much each must be inside the sector's edges.
+        """
+        distance, bearing = places[:, 0], places[:, 1]
+        if self.sensor_x or self.sensor_y:
+            x = distance * np.cos(bearing) - self.sensor_x
+            y = distance * np.sin(bearing) - self.sensor_y
+            distance, bearing = np.hypot(x, y), np.arctan2(y, x)
+        inside = (distance < range_max_m) & (distance >= self.range_min_m)
+        half = 0.5 * ((self.bearing_to - self.bearing_from) % math.tau)
+        if half:
+            inside &= np.abs(wrap_all(bearing - self.bearing_from - half)) + margins < half
+        return inside
+
+
 @dataclass(frozen=True, slots=True)
 class LandmarkView:
-    """One look of the landmark sensor: everything within ``range_max_m`` all round should have been seen."""
+    """One look of a landmark sensor: all that is in its field within ``range_max_m`` of it should have been seen."""
 
     stamp_ns: int
     range_max_m: float
     sightings: tuple[LandmarkSighting, ...]
+    field: FieldOfView = FieldOfView()  # noqa: RUF009 (a NamedTuple, immutable)
 
 
 SCOUT_RING = SonarRing(
