@@ -1,6 +1,5 @@
 """A recorded bag opens in the readers others wrote, and holds what was given."""
 
-import os
 import signal
 import subprocess
 import sys
@@ -101,21 +100,36 @@ def test_same_messages_give_the_same_bytes(tmp_path: Path, definitions: Definiti
         assert (tmp_path / "one/bag" / name).read_bytes() == (tmp_path / "two/bag" / name).read_bytes()
 
 
-def test_flushed_messages_outlive_a_kill(bag: Path, definitions: DefinitionSource) -> None:
+@pytest.fixture
+def prefix(tmp_path: Path) -> Path:
+    """Return where another process finds the definition of a string."""
+    folder = tmp_path / "prefix/share/std_msgs/msg"
+    folder.mkdir(parents=True)
+    (folder / "String.msg").write_text("string data\n")
+    return tmp_path / "prefix"
+
+
+KILLED = """
+import os, signal, sys
+from pathlib import Path
+from hslam_bags.definitions import DefinitionSource
+from hslam_bags.recorder import Recorder
+recorder = Recorder(Path(sys.argv[1]), definitions=DefinitionSource([Path(sys.argv[2])]))
+for index in range(100):
+    recorder.write("/chatter", "std_msgs/msg/String", bytes([0, 1, 0, 0, 2, 0, 0, 0, 48 + index % 10, 0]), index)
+recorder.flush()
+recorder.write("/chatter", "std_msgs/msg/String", bytes([0, 1, 0, 0, 2, 0, 0, 0, 120, 0]), 100)
+os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_flushed_messages_outlive_a_kill(bag: Path, prefix: Path) -> None:
     """A process that ends without closing leaves a bag that opens as it is, up to the last flush."""
-    child = os.fork()
-    if child == 0:
-        recorder = Recorder(bag, definitions=definitions)
-        for index in range(100):
-            recorder.write("/chatter", STRING, string_cdr(str(index)), index)
-        recorder.flush()
-        recorder.write("/chatter", STRING, string_cdr("lost"), 100)
-        os.kill(os.getpid(), signal.SIGKILL)
-    _, status = os.waitpid(child, 0)
-    assert os.WTERMSIG(status) == signal.SIGKILL
+    run = subprocess.run([sys.executable, "-c", KILLED, bag, prefix], check=False)
+    assert run.returncode == -signal.SIGKILL
     with Reader(bag) as reader:
         assert reader.message_count == 100
-        assert sum(1 for _ in reader.messages()) == 100
+        assert [raw[-2] - 48 for _, _, raw in reader.messages()] == [index % 10 for index in range(100)]
 
 
 FULL_DISK = """
@@ -137,14 +151,9 @@ except BagError as error:
 """
 
 
-def test_a_full_disk_says_one_line_and_keeps_what_was_written(bag: Path, tmp_path: Path) -> None:
+def test_a_full_disk_says_one_line_and_keeps_what_was_written(bag: Path, prefix: Path) -> None:
     """A file-size limit stands in for the full disk: both refuse a write half way."""
-    folder = tmp_path / "prefix/share/std_msgs/msg"
-    folder.mkdir(parents=True)
-    (folder / "String.msg").write_text("string data\n")
-    run = subprocess.run(
-        [sys.executable, "-c", FULL_DISK, bag, tmp_path / "prefix"], capture_output=True, text=True, check=False
-    )
+    run = subprocess.run([sys.executable, "-c", FULL_DISK, bag, prefix], capture_output=True, text=True, check=False)
     assert run.returncode == 1
     (line,) = run.stderr.splitlines()
     assert str(bag / "bag_0.mcap") in line
