@@ -20,8 +20,8 @@ setup(
     license="Apache-2.0",
     entry_points={
         "console_scripts": [
-            "record_node = hslam_bags.record_node:main",
-            "replay_node = hslam_bags.replay_node:main",
+            "record_node = hslam_bags.executables:record_node",
+            "replay_node = hslam_bags.executables:replay_node",
         ]
     },
 )

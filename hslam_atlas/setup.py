@@ -22,5 +22,5 @@ setup(
     maintainer_email="maintainers@hslam.invalid",
     description="Edge-maps to an atlas: matching, loop closing, optimisation, planning, exploration.",
     license="Apache-2.0",
-    entry_points={"console_scripts": ["atlas_node = hslam_atlas.atlas_node:main"]},
+    entry_points={"console_scripts": ["atlas_node = hslam_atlas.executables:atlas_node"]},
 )

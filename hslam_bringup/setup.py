@@ -23,5 +23,5 @@ setup(
     maintainer_email="maintainers@hslam.invalid",
     description="Launch files, parameters, viewer layouts and the hslam command.",
     license="Apache-2.0",
-    entry_points={"console_scripts": ["hslam = hslam_bringup.cli:main"]},
+    entry_points={"console_scripts": ["hslam = hslam_bringup.executables:hslam"]},
 )

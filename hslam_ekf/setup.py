@@ -22,5 +22,5 @@ setup(
     maintainer_email="maintainers@hslam.invalid",
     description="Odometry and landmarks to edge-maps: one small EKF map along each edge of the graph.",
     license="Apache-2.0",
-    entry_points={"console_scripts": ["ekf_node = hslam_ekf.ekf_node:main"]},
+    entry_points={"console_scripts": ["ekf_node = hslam_ekf.executables:ekf_node"]},
 )

@@ -22,5 +22,5 @@ setup(
     maintainer_email="maintainers@hslam.invalid",
     description="Sonar to local obstacle map to control along the generalized Voronoi graph.",
     license="Apache-2.0",
-    entry_points={"console_scripts": ["gvg_node = hslam_gvg.gvg_node:main"]},
+    entry_points={"console_scripts": ["gvg_node = hslam_gvg.executables:gvg_node"]},
 )

@@ -18,5 +18,5 @@ setup(
     maintainer_email="maintainers@hslam.invalid",
     description="Landmarks out of a lidar's scans: corners and ends of walls, poles, reflectors.",
     license="Apache-2.0",
-    entry_points={"console_scripts": ["scan_landmarks_node = hslam_landmarks.scan_landmarks_node:main"]},
+    entry_points={"console_scripts": ["scan_landmarks_node = hslam_landmarks.executables:scan_landmarks_node"]},
 )

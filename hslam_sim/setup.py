@@ -23,5 +23,5 @@ setup(
     maintainer_email="maintainers@hslam.invalid",
     description="Worlds, the Scout base, its sonar and landmarks, and the truth to score against.",
     license="Apache-2.0",
-    entry_points={"console_scripts": ["sim_node = hslam_sim.sim_node:main"]},
+    entry_points={"console_scripts": ["sim_node = hslam_sim.executables:sim_node"]},
 )

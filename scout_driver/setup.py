@@ -24,9 +24,9 @@ setup(
     license="Apache-2.0",
     entry_points={
         "console_scripts": [
-            "scout_node = scout_driver.scout_node:main",
-            "scout_emulator = scout_driver.scout_emulator:main",
-            "scout_calibrate = scout_driver.scout_calibrate:main",
+            "scout_node = scout_driver.executables:scout_node",
+            "scout_emulator = scout_driver.executables:scout_emulator",
+            "scout_calibrate = scout_driver.executables:scout_calibrate",
         ]
     },
 )

@@ -114,7 +114,9 @@ def test_every_node_is_an_executable_and_a_module(name: str) -> None:
     folder = PACKAGES[name]
     nodes = {path.stem for path in (folder / name).glob("*_node.py")}
     manifest = (folder / "setup.py").read_text()
-    assert all(f"{node} = {name}.{node}:main" in manifest for node in nodes), nodes
+    executables = (folder / name / "executables.py").read_text() if nodes else ""
+    assert all(f"{node} = {name}.executables:{node}" in manifest for node in nodes), nodes
+    assert all(f'{node} = executable("{name}.{node}")' in executables for node in nodes), nodes
 
 
 @pytest.mark.parametrize("name", PYTHON)
