@@ -56,3 +56,24 @@ def test_a_way_tells_the_branch_it_leaves_by() -> None:
     assert [ways[1].first, ways[1].cost_m] == [1, 10.0 + 2 * PER_NODE_M]
     assert next(outward(graph, 0, (0,))).cost_m == 30.0 + PER_NODE_M
     assert not list(outward(graph, 0, (0,), {0}))
+
+
+def test_stopping_at_a_node_costs_as_much_as_six_metres() -> None:
+    """The way of one long edge against that of two short ones: from 6 m on the shorter one is worth its stop."""
+    for longer_m, first in ((5.9, 0), (6.1, 1)):
+        graph = AtlasGraph()
+        for _ in range(3):
+            graph.add_node(NodeKind.MEET_POINT, 1.0, [])
+        tie(graph, 0, 1, 10.0 + longer_m)
+        tie(graph, 0, 2, 4.0)
+        tie(graph, 2, 1, 6.0)
+        assert next(there for there in outward(graph, 0, (0, 1)) if there.node == 1).first == first
+
+
+def test_a_way_of_three_edges_is_the_sum_of_them_by_its_first_branch() -> None:
+    graph = AtlasGraph()
+    for _ in range(4):
+        graph.add_node(NodeKind.MEET_POINT, 1.0, [])
+    for u, v, length_m in ((1, 2, 3.0), (0, 1, 2.0), (2, 3, 4.0)):
+        tie(graph, u, v, length_m)
+    assert [tuple(there) for there in outward(graph, 0, (0,))] == [(1, 8.0, 0), (2, 17.0, 0), (3, 27.0, 0)]

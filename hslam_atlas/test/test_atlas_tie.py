@@ -1,5 +1,6 @@
 """A drive of another length on the branch of a known edge: which of the two stays."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -89,3 +90,99 @@ def test_a_drive_with_one_bad_homing_is_still_along_its_edge() -> None:
     assert match is not None
     assert match.agrees
     assert compare(state, edge, 0, replace(OTHER_WAY, terminal_x=WAY.terminal_x), FORWARD) is None
+
+
+def loop_of(clearances: float, branch: int) -> Outcome:
+    """Return what becomes of a drive from a node back to itself, so many of its clearances long."""
+    config = AtlasConfig()
+    store = AtlasStore()
+    graph, _ = store.load()
+    graph.add_node(NodeKind.MEET_POINT, 1.3, [0.0, 2.0])
+    state = AtlasState(config, graph, store, LookAlikes(config.repetition))
+    drive = replace(WAY, path_length_m=1.3 * clearances)
+    return tie(state, Drive(EdgeEnd(0, 0, FORWARD), EdgeEnd(0, branch, FORWARD), drive))
+
+
+@pytest.mark.parametrize(("clearances", "outcome"), [(3.1, Outcome.RETURNED), (3.3, Outcome.CONNECTED)])
+def test_a_loop_that_is_hardly_longer_than_the_free_disc_goes_round_nothing(
+    clearances: float, outcome: Outcome
+) -> None:
+    assert loop_of(clearances, 1) is outcome
+
+
+def test_a_way_back_by_the_branch_it_left_is_no_loop_however_long() -> None:
+    assert loop_of(30.0, 0) is Outcome.RETURNED
+
+
+def beside(edge_map: EdgeMap) -> tuple[AtlasState, Edge]:
+    """Return an edge between two nodes, each with a second branch, and a third node with one."""
+    state, edge = atlas_with(edge_map, 1)
+    for node in (0, 1):
+        state.graph.nodes[node].add_branch(0.4)
+    return state, edge
+
+
+def test_an_edge_driven_by_branches_invented_beside_its_own_is_that_edge() -> None:
+    state, edge = beside(WAY)
+    drive = replace(SAME_WAY, traversal=70)
+    assert tie(state, Drive(EdgeEnd(0, 1, FORWARD), EdgeEnd(1, 1, FORWARD), drive)) is Outcome.RETRACED
+    assert state.graph.edges[edge.id].traversals == (0, 70)
+    for node in (0, 1):
+        own, invented = state.graph.nodes[node].branches.values()
+        assert (own.given_up, invented.given_up, invented.edge) == (False, True, None)
+
+
+def test_left_by_its_own_branch_and_arrived_by_an_invented_one_it_is_that_edge_too() -> None:
+    state, edge = beside(WAY)
+    drive = replace(SAME_WAY, traversal=70)
+    assert tie(state, Drive(EdgeEnd(0, 0, FORWARD), EdgeEnd(1, 1, FORWARD), drive)) is Outcome.RETRACED
+    assert state.graph.edges[edge.id].traversals == (0, 70)
+    assert [branch.given_up for branch in state.graph.nodes[1].branches.values()] == [False, True]
+    assert not state.graph.nodes[0].branches[0].given_up
+
+
+@pytest.mark.parametrize(
+    ("stop", "drive"),
+    [pytest.param(2, SAME_WAY, id="to another node"), pytest.param(1, OTHER_WAY, id="by another way")],
+)
+def test_a_drive_beside_a_known_edge_to_elsewhere_or_by_another_way_is_an_edge_of_its_own(
+    stop: int, drive: EdgeMap
+) -> None:
+    state, edge = beside(WAY)
+    if stop == 2:
+        state.graph.nodes[2].branches[0].edge = None
+    end = EdgeEnd(stop, 1 if stop == 1 else 0, FORWARD)
+    assert tie(state, Drive(EdgeEnd(0, 1, FORWARD), end, replace(drive, traversal=70))) is Outcome.CONNECTED
+    assert len(state.graph.edges) == 2
+    assert state.graph.edges[edge.id].traversals == (0,)
+
+
+def test_a_known_edge_driven_to_a_node_not_known_to_be_its_end_makes_the_two_one() -> None:
+    """The third node's frame is turned: what is about it stays where it is."""
+    state, edge = atlas_with(WAY, 1)
+    turned = UncertainPose.exact(SE2(0.1, 0.2, 2.0))
+    state.graph.nodes[2].branches[0].bearing = 2.0
+    drive = Drive(EdgeEnd(0, 0, FORWARD), EdgeEnd(2, 0, turned), replace(SAME_WAY, traversal=70))
+    assert tie(state, drive) is Outcome.GLUED
+    (merged,) = state.merged
+    assert (merged.gone, merged.kept, merged.branches) == (2, 1, {0: 0})
+    assert merged.gone_in_kept.pose == pytest.approx(turned.pose.inverse(), abs=0.15)
+    assert state.graph.edges[edge.id].traversals == (0, 70)
+
+
+def test_what_a_drive_that_brought_no_edge_measured_stays_as_a_link() -> None:
+    state, _ = atlas_with(shortened(OTHER_WAY, SHORT), 2)
+    turned = UncertainPose.exact(SE2(0.3, 0.1, 0.7))
+    assert tie(state, Drive(EdgeEnd(0, 0, turned), EdgeEnd(2, 0, turned), WAY)) is Outcome.PASSED
+    (measured,) = state.graph.links.values()
+    expected = turned.pose @ SE2(WAY.terminal_x, 0.0, math.pi) @ turned.pose.inverse()
+    assert measured.to_in_from.pose == pytest.approx(expected)
+    assert state.graph.nodes[0].branches[0].attempts == 1
+
+
+def test_a_new_edge_forgets_drives_in_vain() -> None:
+    state, edge = atlas_with(WAY, 1)
+    state.graph.remove_edge(edge.id)
+    state.graph.nodes[0].branches[0].attempts = 2
+    assert tie(state, Drive(EdgeEnd(0, 0, FORWARD), EdgeEnd(2, 0, FORWARD), SAME_WAY)) is Outcome.CONNECTED
+    assert state.graph.nodes[0].branches[0].attempts == 0
