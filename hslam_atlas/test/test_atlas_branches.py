@@ -22,6 +22,11 @@ def test_a_missing_and_an_invented_branch() -> None:
     assert match_bearings([0.1, 0.9, 1.5], [(0, 0.0), (1, 1.57)], GATE) == [0, None, 1]
 
 
+def test_who_would_have_to_cross_a_nearer_pair_finds_no_partner() -> None:
+    """The branch seen at 1.0 lies within the gate of the one known at 1.6, but on the other side of the one at 1.39."""
+    assert match_bearings([0.6, 1.0, 1.4], [(0, 1.39), (1, 0.62), (2, 1.6)], GATE) == [1, None, 0]
+
+
 @given(
     st.integers(2, 6),
     st.floats(-math.pi, math.pi, exclude_max=True),

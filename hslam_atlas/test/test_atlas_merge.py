@@ -10,7 +10,7 @@ from test_atlas_tie import FORWARD, shortened
 from hslam_atlas.config import AtlasConfig
 from hslam_atlas.graph import EdgeEnd
 from hslam_atlas.look_alikes import LookAlikes
-from hslam_atlas.merge import merge
+from hslam_atlas.merge import merge, take_out
 from hslam_atlas.state import AtlasState
 from hslam_atlas.store import AtlasStore
 from hslam_atlas.tie import Drive, connect
@@ -84,3 +84,84 @@ def everything(state: AtlasState) -> tuple[object, ...]:
         written.save(graph, [], {"compared": state.look_alikes.compared, "alike": state.look_alikes.alike})
         content = tuple(written.dump())
     return content, tuple(state.merged), frozenset(state.loosened), state.closures
+
+
+def test_a_branch_only_the_younger_has_is_added_in_its_direction_and_counted_by_its_visits() -> None:
+    """The younger node's frame is turned by a radian against the older one's."""
+    state = bare([0.0], [0.0, 2.0])
+    gone, kept = state.graph.nodes[1], state.graph.nodes[0]
+    kept.visits += [(1, 1), (2, 2)]
+    gone.visits += [(3, 3)]
+    assert merge(state, 1, 0, UncertainPose.exact(SE2(0.1, 0.0, 1.0)))
+    assert [branch.bearing for branch in kept.branches.values()] == pytest.approx([0.0, 1.0, 3.0])
+    # The first is shown by the visits to the older alone, the others by the one to the younger.
+    assert [(branch.seen, branch.missed) for branch in kept.branches.values()] == [(1, 1), (1, 0), (1, 0)]
+    assert kept.visits == [(1, 1), (2, 2), (3, 3)]
+
+
+@pytest.mark.parametrize("order", [(1, 0), (0, 1)])
+def test_the_older_id_stays_and_the_pose_is_turned_about_where_it_is_given_the_other_way(
+    order: tuple[int, int],
+) -> None:
+    state = bare([0.0, 2.0], [0.0, 2.0])
+    pose = UncertainPose.exact(SE2(0.3, -0.1, 0.2))
+    assert merge(state, *order, pose if order == (1, 0) else pose.inverse())
+    (merged,) = state.merged
+    assert (merged.gone, merged.kept, merged.branches) == (1, 0, {0: 0, 1: 1})
+    assert merged.gone_in_kept.pose == pytest.approx(pose.pose)
+
+
+def test_a_meet_point_and_a_dead_end_are_never_one() -> None:
+    state = bare([0.0], [0.0])
+    state.graph.nodes[1].kind = NodeKind.BOUNDARY_POINT
+    assert not merge(state, 1, 0, FORWARD)
+
+
+@pytest.mark.parametrize(("branches", "one"), [(3, True), (4, False)])
+def test_one_branch_may_be_misread_and_no_more(branches: int, one: bool) -> None:
+    assert merge(bare([0.0, 2.0], [0.0, 2.0, 4.0, 1.0][:branches]), 1, 0, FORWARD) == one
+
+
+def bare(*bearings: list[float]) -> AtlasState:
+    """Return nodes without edges."""
+    config = AtlasConfig()
+    store = AtlasStore()
+    graph, _ = store.load()
+    for each in bearings:
+        graph.add_node(NodeKind.MEET_POINT, 1.3, each)
+    return AtlasState(config, graph, store, LookAlikes(config.repetition))
+
+
+def test_far_ends_become_one_where_they_are_whatever_their_frames() -> None:
+    """The younger pair's frames are turned; what was about its far node stays where the drive has shown it."""
+    state = bare([0.0], [0.0], [0.0], [0.0])
+    turned = UncertainPose.exact(SE2(0.2, -0.1, 0.5))
+    state.graph.nodes[3].branches[0].bearing = 0.5
+    connect(state, Drive(EdgeEnd(0, 0, FORWARD), EdgeEnd(1, 0, FORWARD), replace(WEST_1, traversal=1)))
+    connect(state, Drive(EdgeEnd(2, 0, FORWARD), EdgeEnd(3, 0, turned), replace(WEST_2, traversal=2)))
+    assert merge(state, 2, 0, FORWARD)
+    near, far = state.merged
+    assert (near.gone, near.kept, far.gone, far.kept) == (2, 0, 3, 1)
+    assert far.gone_in_kept.pose == pytest.approx(turned.pose.inverse(), abs=0.15)
+
+
+def test_a_node_that_takes_another_in_is_not_taken_in_itself_at_once() -> None:
+    """Node 2 is to be node 1; the edges on their branches then say that node 1 is node 0: one after the other."""
+    state = bare([0.0], [0.0, math.pi], [0.0, math.pi])
+    connect(state, Drive(EdgeEnd(1, 0, FORWARD), EdgeEnd(0, 0, FORWARD), replace(WEST_1, traversal=1)))
+    connect(state, Drive(EdgeEnd(2, 0, FORWARD), EdgeEnd(1, 1, FORWARD), replace(WEST_2, traversal=2)))
+    before = everything(state)
+    assert not merge(state, 2, 1, FORWARD)
+    assert everything(state) == before
+
+
+def test_an_edge_taken_out_leaves_where_its_far_node_lies() -> None:
+    state = bare([0.0], [0.0])
+    turned = UncertainPose.exact(SE2(0.2, -0.1, 0.5))
+    edge = connect(state, Drive(EdgeEnd(0, 0, FORWARD), EdgeEnd(1, 0, turned), WEST_1))
+    there = edge.across(0).pose
+    take_out(state, edge.id)
+    (measured,) = state.graph.links.values()
+    assert (measured.from_node, measured.to_node) == (0, 1)
+    assert measured.to_in_from.pose == pytest.approx(there)
+    assert state.loosened == {0, 1}
