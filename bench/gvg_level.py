@@ -43,6 +43,8 @@ from hslam_types.sensing import Velocity
 SAME_BRANCH = math.radians(35.0)
 DEPARTURE_COST_M = 6.0
 """What stopping at a node costs, in metres of driving."""
+MOST_DETOURS = 6
+"""So many drives in a row may only hope for a way to what is left."""
 TRIES = 2
 """So often a branch that leads nowhere is tried."""
 
@@ -93,6 +95,8 @@ class GivenIdentity:
         self._here: tuple[int, list[int]] | None = None
         self._underway: tuple[int, int] | None = None
         self._waiting = True
+        self._detours = 0
+        """Drives in a row that only hope to see more."""
         self.done = False
 
     def step(self, events: tuple[GvgEvent, ...], base: SimStep) -> GvgGoal | None:
@@ -131,11 +135,16 @@ class GivenIdentity:
             for node in self.nodes
         ]
         nodes = tuple(
-            ExploredNode(i, node.kind, len(kept[i]), node.clearance_m, tuple(node.visits))
+            ExploredNode(i, self._kind(node, kept[i]), len(kept[i]), node.clearance_m, tuple(node.visits))
             for i, node in enumerate(self.nodes)
         )
         edges = tuple(ExploredEdge(u, v, kept[u].index(a), kept[v].index(b), m) for u, a, v, b, m in self.edges)
         return ExploredGraph(nodes, edges)
+
+    @staticmethod
+    def _kind(node: Node, kept: list[int]) -> NodeKind:
+        """Return what a node is once those of its branches that lead nowhere are given up."""
+        return NodeKind.BOUNDARY_POINT if len(kept) == 1 else node.kind
 
     @staticmethod
     def _bearing(node: Node) -> Any:
@@ -210,21 +219,24 @@ class GivenIdentity:
         here, keys = self._here
         fresh = [key for key in keys if self.nodes[here].branches[key].is_open]
         if fresh:
+            self._detours = 0
             return fresh[0]
         graph: nx.MultiDiGraph[int] = nx.MultiDiGraph()
         graph.add_nodes_from(range(len(self.nodes)))
         for (u, branch), (v, length_m) in self._links.items():
-            graph.add_edge(u, v, by=branch, weight=length_m + DEPARTURE_COST_M)
+            if u != here or branch in keys:
+                graph.add_edge(u, v, by=branch, weight=length_m + DEPARTURE_COST_M)
         away = nx.single_source_dijkstra_path_length(graph, here)
         paths = nx.single_source_dijkstra_path(graph, here)
         goals = [i for i in away if i != here and any(branch.is_open for branch in self.nodes[i].branches)]
-        for goal in sorted(goals, key=lambda i: (away[i], i)):
-            first = paths[goal][1]
-            ways = graph.get_edge_data(here, first).values()
-            by = [way["by"] for way in sorted(ways, key=lambda way: way["weight"]) if way["by"] in keys]
-            if by:
-                return int(by[0])
-        return None
+        if goals:
+            first = paths[min(goals, key=lambda i: (away[i], i))][1]
+            return int(min(graph.get_edge_data(here, first).values(), key=lambda way: way["weight"])["by"])
+        # What leads on may not have shown on this visit: from a neighbour it may.
+        wanted = self.left() > 0 and self._detours < MOST_DETOURS
+        known = [key for key in keys if (here, key) in self._links]
+        self._detours += 1
+        return known[self._detours % len(known)] if wanted and known else None
 
 
 def level_of(sensor: str) -> GvgLevel:

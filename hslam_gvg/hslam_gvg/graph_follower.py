@@ -4,6 +4,7 @@ Odometry and scans, or sweeps of sonars, go in, a command and events come out.  
 map, the map a local reduced graph, and the robot follows its branches; nodes are decided by the truth's own rules.
 """
 
+import dataclasses
 import math
 
 from hslam_gvg.driving.doing import Accessing, GoingStraight, Idle, Turning
@@ -21,7 +22,7 @@ from hslam_gvg.ranging.scanned_map import ScannedMap
 from hslam_gvg.ranging.sonar_map import SonarMap
 from hslam_gvg.ranging.sonar_map_config import SonarMapConfig
 from hslam_gvg.states import GvgError, GvgOutput, GvgState
-from hslam_types.gvg_events import GoalKind, GvgGoal, NodeView
+from hslam_types.gvg_events import GoalKind, GvgEvent, GvgGoal, NodeView
 from hslam_types.se2 import Array
 from hslam_types.sensing import OdometrySample, RangeScan, SonarSweep
 
@@ -62,7 +63,9 @@ class GraphFollower:
     def node(self) -> NodeView | None:
         """The node the robot stands at, from its arrival to its departure."""
         doing = self._driver.doing
-        return doing.at.view if isinstance(doing, Idle | Turning) and doing.at is not None else None
+        if not isinstance(doing, Idle | Turning) or doing.at is None:
+            return None
+        return self._around.in_odom(doing.at.view)
 
     @property
     def room_m(self) -> float:
@@ -82,7 +85,7 @@ class GraphFollower:
 
     def obstacle_points(self) -> Array:
         """Return the obstacle points of the local map, n x 2 (m, odom)."""
-        return self._around.map.obstacle_points()
+        return self._around.points_in_odom()
 
     def reset(self) -> None:
         """Forget the local map, the node and the goal, and stand still; what was under way is announced as lost."""
@@ -113,11 +116,14 @@ class GraphFollower:
         dropped = self._begin_goal(early_ns)
         around.move(odom.base_in_odom)
         along = around.step_m if driver.kind is GvgState.TRACING else 0.0
-        traversal.advance(odom.base_in_odom.x, odom.base_in_odom.y, along)
         around.hear(heard, odom, attentive=driver.attentive)
+        traversal.advance(around.pose.x, around.pose.y, along)
         now = Now(odom.stamp_ns, around, traversal, self._handled, self.config)
         command = driver.step(odom, now)
-        return GvgOutput(command, tuple(traversal.events), driver.kind, dropped)
+        return GvgOutput(command, tuple(map(self._in_odom, traversal.events)), driver.kind, dropped)
+
+    def _in_odom(self, event: GvgEvent) -> GvgEvent:
+        return event if event.node is None else dataclasses.replace(event, node=self._around.in_odom(event.node))
 
     def _begin_goal(self, last_ns: int) -> str:
         """Begin the goal taken, unless its time comes later; return why it cannot be begun, empty if it can."""
@@ -135,7 +141,7 @@ class GraphFollower:
         if goal.kind is GoalKind.ACCESS:
             self._driver.begin(Accessing(self._stamp_ns, self._around.turned))
         elif goal.kind is GoalKind.STRAIGHT:
-            self._driver.begin(GoingStraight(goal.x_in_odom, goal.y_in_odom))
+            self._driver.begin(GoingStraight(*self._around.in_map(goal.x_in_odom, goal.y_in_odom)))
         else:
             doing = self._driver.doing
             self._driver.begin(doing if isinstance(doing, Idle) else Idle())

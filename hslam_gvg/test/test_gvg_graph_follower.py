@@ -158,8 +158,9 @@ def test_goals_that_cannot_be_carried_out_are_refused() -> None:
 
 def test_a_goal_decided_in_a_cycle_begins_in_the_second_after() -> None:
     robot = Robot()
-    robot.arrived()
-    robot.level.start(GvgGoal(GoalKind.TRACE, branch=2), robot.stamp_ns)
+    node = robot.arrived()
+    north = node.nearest_branch(robot.pose.theta + 0.5 * math.pi)
+    robot.level.start(GvgGoal(GoalKind.TRACE, branch=north), robot.stamp_ns)
     robot.step()
     states = [robot.state]
     robot.step()

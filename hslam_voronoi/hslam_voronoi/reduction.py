@@ -1,7 +1,7 @@
 """The reduction of a graph of branches to the reduced GVG: spurs too short to count go, near meet points merge."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from types import MappingProxyType
 
 import numpy as np
@@ -15,16 +15,22 @@ MOST_ROUNDS = 50
 NOTHING_BEYOND: Mapping[int, float] = MappingProxyType({})
 
 
-def reduce(graph: BranchGraph, rules: ReductionRules, beyond: Mapping[int, float] = NOTHING_BEYOND) -> None:
+def reduce(
+    graph: BranchGraph,
+    rules: ReductionRules,
+    beyond: Mapping[int, float] = NOTHING_BEYOND,
+    unseen: Collection[int] = (),
+) -> None:
     """Reduce ``graph`` in place; the nodes that are left with one branch are boundary points.
 
     Where only part of a floor is known, ``beyond`` tells by node how far (m) a branch that ends there may go on; one
-    that ends at +inf is never taken for a spur.
+    that ends at +inf is never taken for a spur.  One that ends in a node of ``unseen`` needs no more than the least
+    extent of all, however wide the place is that it leaves: it may be long.
     """
     graph.collapse()
     for _ in range(MOST_ROUNDS):
         before = (len(graph.hubs), len(graph.branches))
-        while _prune(graph, rules, beyond):
+        while _prune(graph, rules, beyond, unseen):
             graph.collapse()
         _merge(graph, rules)
         graph.collapse()
@@ -39,7 +45,7 @@ def spur_extent(path: Array, root_clearance: float) -> float:
     return float((way + path[:, 2]).max() - root_clearance)
 
 
-def _prune(graph: BranchGraph, rules: ReductionRules, beyond: Mapping[int, float]) -> bool:
+def _prune(graph: BranchGraph, rules: ReductionRules, beyond: Mapping[int, float], unseen: Collection[int]) -> bool:
     """Remove every spur too short to count, all at once (one at a time runs boundary nodes into corners)."""
     failing: dict[int, list[tuple[float, int]]] = {}
     for number, branch in graph.branches.items():
@@ -49,7 +55,7 @@ def _prune(graph: BranchGraph, rules: ReductionRules, beyond: Mapping[int, float
                 continue
             clearance = graph.hubs[root].clearance
             extent = spur_extent(branch.path_from(end), clearance) + beyond.get(leaf, 0.0)
-            needed = min(rules.spur_ratio * clearance, clearance + rules.spur_beyond_m)
+            needed = min(rules.spur_ratio * clearance, clearance + rules.spur_beyond_m) if leaf not in unseen else 0.0
             if extent < max(rules.spur_least_m, needed):
                 failing.setdefault(root, []).append((extent, number))
     for root, spurs in failing.items():

@@ -83,7 +83,7 @@ class Driver:
         """Return the command of one step."""
         if self._stall.sees(odom):
             ahead = 0.0 if self._stall.direction > 0.0 else math.pi
-            now.around.touch(odom.base_in_odom.theta + ahead)
+            now.around.touch(now.around.pose.theta + ahead)
             self._recoil(self._stall.direction, HELD_STEPS, now)
         wanted, self.doing = STEPS[type(self.doing)](self.doing, now)
         command, blocked = now.around.limited(wanted)

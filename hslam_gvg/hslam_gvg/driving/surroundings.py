@@ -1,5 +1,6 @@
 """What the robot knows round itself: the map, the graph made of it at the last look, and how far it has travelled."""
 
+import dataclasses
 import math
 from typing import Any
 
@@ -11,7 +12,8 @@ from hslam_gvg.local_graph.graph_config import LocalGraphConfig
 from hslam_gvg.local_graph.local_graph import LocalGraph, local_graph
 from hslam_gvg.ranging.local_map import LocalMap
 from hslam_gvg.ranging.odometer import Odometer
-from hslam_types.se2 import SE2, Array
+from hslam_types.gvg_events import NodeView
+from hslam_types.se2 import SE2, Array, wrap
 from hslam_types.sensing import OdometrySample, Velocity
 
 NEAR_M = 0.8
@@ -21,7 +23,7 @@ FEW_POINTS = 4
 
 
 class Surroundings:
-    """Owns the local map; everything in odom (m, rad)."""
+    """Owns the local map; everything in the map's frame (m, rad): odom, but for what the map has corrected of it."""
 
     def __init__(self, config: FollowConfig, local_map: LocalMap, graph: LocalGraphConfig) -> None:
         """Begin with a map that knows nothing."""
@@ -29,6 +31,8 @@ class Surroundings:
         self.map = local_map
         self._odometer = Odometer(config.metres_per_radian)
         self.pose = SE2()
+        self._map_in_odom: SE2 | None = None
+        """None while the map has corrected nothing: its frame is odom."""
         self.graph: LocalGraph | None = None
         """The reduced GVG as of the last look."""
         self.points: Array = np.zeros((0, 2))
@@ -51,13 +55,35 @@ class Surroundings:
         return self._odometer.step_m
 
     def move(self, base_in_odom: SE2) -> None:
-        """Take the robot's next pose."""
-        self.pose = base_in_odom
+        """Take the robot's next pose by odometry; in the map it is where what was heard has put it."""
+        self.pose = base_in_odom if self._map_in_odom is None else self._map_in_odom.to(base_in_odom)
         self._odometer.move(base_in_odom)
 
     def hear(self, heard: Any, odom: OdometrySample, *, attentive: bool) -> None:
         """Take what the sensor said in one cycle; an attentive robot minds all of it, though it hardly moves."""
-        self.map.hear(heard, odom, self.travel_m, attentive=attentive)
+        here = dataclasses.replace(odom, base_in_odom=self.pose)
+        pose = self.map.hear(heard, here, self.travel_m, attentive=attentive)
+        if pose != self.pose:
+            self.pose = pose
+            self._map_in_odom = odom.base_in_odom @ pose.inverse()
+
+    def in_map(self, x: float, y: float) -> tuple[float, float]:
+        """Return a place in odom as one in the map."""
+        return (x, y) if self._map_in_odom is None else self._map_in_odom.inverse().apply(x, y)
+
+    def points_in_odom(self) -> Array:
+        """Return what is taken for obstacles, n x 2 (m, odom)."""
+        points = self.map.obstacle_points()
+        return points if self._map_in_odom is None else self._map_in_odom.apply_all(points)
+
+    def in_odom(self, view: NodeView) -> NodeView:
+        """Return a view of a node in the map as one in odom now."""
+        shift = self._map_in_odom
+        if shift is None:
+            return view
+        x, y = shift.apply(view.x_in_odom, view.y_in_odom)
+        bearings = tuple(wrap(bearing + shift.theta) for bearing in view.bearings_in_odom)
+        return dataclasses.replace(view, x_in_odom=x, y_in_odom=y, bearings_in_odom=bearings)
 
     def touch(self, bearing: float) -> None:
         """Note that the body was held by something in a direction (rad)."""

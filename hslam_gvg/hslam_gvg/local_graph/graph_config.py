@@ -24,6 +24,9 @@ class LocalGraphConfig(Configuration):
     exit_credit: float = parameter(
         1.0, "how far a branch is taken to go on beyond where the known ends, in widths of its mouth", low=0.0, high=5.0
     )
+    exits_by_ratio: bool = parameter(
+        False, "a branch into the unknown must be long for the width of the place it leaves, as one that is known"
+    )
     passable_m: float = parameter(
         0.22, "clearance a way needs: the body's radius and a margin for driving", low=0.05, high=2.0, unit="m"
     )
@@ -40,4 +43,7 @@ class RingGraphConfig(LocalGraphConfig):
     )  # fmt: skip
     exit_credit: float = parameter(
         3.0, "how far a branch is taken to go on beyond where the known ends, in widths of its mouth", low=0.0, high=5.0
+    )
+    exits_by_ratio: bool = parameter(
+        True, "a branch into the unknown must be long for the width of the place it leaves, as one that is known"
     )

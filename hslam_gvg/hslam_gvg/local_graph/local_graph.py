@@ -155,7 +155,7 @@ def local_graph(
         doubts = vertices[list(ends), :2] + (x, y)
     else:
         cut = cuts.at_vertices(vertices, links, known, within)
-    return _reduced(*cut, doubts, x, y)
+    return _reduced(*cut, doubts, x, y, exits_by_ratio=config.exits_by_ratio)
 
 
 def _sites(points: Array, x: float, y: float, horizon: float, cell_m: float) -> Array:
@@ -169,7 +169,16 @@ def _sites(points: Array, x: float, y: float, horizon: float, cell_m: float) -> 
     return np.concatenate((mean, FAR * horizon * np.column_stack((np.cos(angle), np.sin(angle)))))
 
 
-def _reduced(points: Array, links: Indices, beyond: dict[int, float], doubts: Array, x: float, y: float) -> LocalGraph:
+def _reduced(
+    points: Array,
+    links: Indices,
+    beyond: dict[int, float],
+    doubts: Array,
+    x: float,
+    y: float,
+    *,
+    exits_by_ratio: bool,
+) -> LocalGraph:
     """Return the reduction of the part that passes nearest to the origin, moved to (x, y)."""
     begin, end = points[links[:, 0], :2], points[links[:, 1], :2]
     along = end - begin
@@ -183,5 +192,5 @@ def _reduced(points: Array, links: Indices, beyond: dict[int, float], doubts: Ar
     graph = joined_chains(moved, links)
     if not graph.hubs:  # a lone ring: it has no node, and is cut where it begins so that it can be followed
         graph = joined_chains(moved, links, nodes={int(links[0, 0])})
-    reduce(graph, RULES, beyond)
+    reduce(graph, RULES, beyond, () if exits_by_ratio else beyond.keys())
     return LocalGraph(graph, frozenset(beyond.keys() & graph.hubs.keys()), doubts)

@@ -11,8 +11,11 @@ from hslam_types.sensing import OdometrySample, Velocity
 class LocalMap(Protocol):
     """Obstacle points, known free space and unknown space round the robot."""
 
-    def hear(self, heard: Any, odom: OdometrySample, odometer_m: float, *, attentive: bool) -> None:
-        """Take what the sensor said in one cycle; an attentive robot minds all of it, though it stands."""
+    def hear(self, heard: Any, odom: OdometrySample, odometer_m: float, *, attentive: bool) -> SE2:
+        """Take what the sensor said in one cycle; an attentive robot minds all of it, though it stands.
+
+        Return where the robot is by the map itself: its own pose, or near it.
+        """
 
     def touch(self, x: float, y: float, odometer_m: float) -> None:
         """Note an obstacle that the body met and the sensor does not show."""

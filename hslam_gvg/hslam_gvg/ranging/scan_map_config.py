@@ -24,6 +24,15 @@ class ScanMapConfig(Configuration):
         1.0, "silent beams across less than this between two answers show neither wall nor free space", low=0.0,
         high=10.0, unit="m",
     )  # fmt: skip
+    match_gate_m: float = parameter(
+        0.08, "an end of a scan this near to the map is matched with it, and the map kept straight; 0: odometry is all",
+        low=0.0, high=1.0, unit="m",
+    )  # fmt: skip
+    slip_per_metre: float = parameter(
+        0.1, "what odometry may be wrong by, of the way between two scans", low=0.001, high=1.0
+    )
+    bend_per_metre: float = parameter(0.06, "by how much its heading may be wrong", low=0.001, high=1.0, unit="rad/m")
+    turn_slip: float = parameter(0.05, "and of a turn between two scans", low=0.001, high=1.0)
     touch_memory_m: float = parameter(
         4.0, "an obstacle found by touch is kept for so many metres of travel", low=0.1, high=50.0, unit="m"
     )

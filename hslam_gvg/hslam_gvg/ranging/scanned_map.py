@@ -9,9 +9,12 @@ from hslam_gvg.local_graph.gaps import OPEN, Gaps
 from hslam_gvg.ranging.rolling_grid import Mask
 from hslam_gvg.ranging.scan_map import ScanMap
 from hslam_gvg.ranging.scan_map_config import ScanMapConfig
+from hslam_gvg.ranging.scan_match import Drift, matched, surface
 from hslam_types.se2 import SE2, Array, wrap
 from hslam_types.sensing import OdometrySample, RangeScan, Velocity
 
+STANDING_M, STANDING_RAD = 0.003, 0.002
+"""What odometry may be wrong by without any way."""
 NEAR_M = 0.8
 """Ends farther from the body do not matter to the next moves."""
 
@@ -21,23 +24,27 @@ class ScannedMap:
 
     def __init__(self, config: FollowConfig, mapping: ScanMapConfig) -> None:
         """Begin with nothing known."""
-        self._config = config
+        self._config, self._mapping = config, mapping
         self._map = ScanMap(mapping)
         self._heard_from: SE2 | None = None
         self._recent: Array = np.zeros((0, 2))
 
-    def hear(self, heard: RangeScan | None, odom: OdometrySample, odometer_m: float, *, attentive: bool) -> None:
+    def hear(self, heard: RangeScan | None, odom: OdometrySample, odometer_m: float, *, attentive: bool) -> SE2:
         """Take a scan, if there is one; while the robot hardly moves only an attentive one maps every scan."""
-        if heard is None:
-            return
         base = odom.base_in_odom
+        if heard is None:
+            return base
+        is_mapped = attentive or self._moved(base)
+        if is_mapped:
+            base = self._matched(heard, base)
         answered = np.isfinite(heard.ranges) & (heard.ranges < NEAR_M + self._config.body_m)
         directions = np.column_stack((np.cos(heard.bearings), np.sin(heard.bearings)))
         ends = heard.ranges[answered, None] * directions[answered]
         self._recent = (base @ heard.sensor_in_base).apply_all(ends)
-        if attentive or self._moved(base):
+        if is_mapped:
             self._heard_from = base
             self._map.hear(heard, base, odometer_m)
+        return base
 
     def touch(self, x: float, y: float, odometer_m: float) -> None:
         """Note an obstacle that the body met and the scanner does not see."""
@@ -64,6 +71,18 @@ class ScannedMap:
         """Return the command as it is: what a scanner does not see it has no doubts about."""
         del base_in_odom, obstacles
         return wanted, False
+
+    def _matched(self, heard: RangeScan, base: SE2) -> SE2:
+        """Return the pose at which a scan fits the map, as far from where odometry says as that may be wrong."""
+        last, config = self._heard_from, self._mapping
+        if last is None or config.match_gate_m == 0.0:
+            return base
+        way = math.hypot(base.x - last.x, base.y - last.y)
+        drift = Drift(
+            STANDING_M + config.slip_per_metre * way,
+            STANDING_RAD + config.bend_per_metre * way + config.turn_slip * abs(wrap(base.theta - last.theta)),
+        )
+        return matched(surface(heard, config.reach_m), base, self._map.obstacle_points(), drift, config.match_gate_m)
 
     def _moved(self, base: SE2) -> bool:
         last, config = self._heard_from, self._config

@@ -45,7 +45,7 @@ class SonarMap:
         self._trodden: deque[tuple[float, float, float]] = deque()
         self._touched: list[tuple[float, float, float]] = []
 
-    def hear(self, heard: SonarSweep, odom: OdometrySample, odometer_m: float, *, attentive: bool) -> None:
+    def hear(self, heard: SonarSweep, odom: OdometrySample, odometer_m: float, *, attentive: bool) -> SE2:
         """Take a sweep; what it repeats is no evidence, so that an attentive robot hears no more than another."""
         del attentive
         self._odometer_m = odometer_m
@@ -61,6 +61,7 @@ class SonarMap:
         self._guard.hear(heard, bases, base, unexplained)
         for ping in pings:
             self._hear(ping)
+        return base
 
     def touch(self, x: float, y: float, odometer_m: float) -> None:
         """Note an obstacle that the body met and no sonar heard."""
