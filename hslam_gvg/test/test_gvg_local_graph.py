@@ -174,18 +174,3 @@ def test_a_ridge_into_the_unknown_is_followed_while_the_space_is_free() -> None:
     graph = local_graph(points_of(walls, step_m=0.04), lambda x, _: x < 1.5, -1.0, 0.0, RingGraphConfig())
     assert graph is not None
     assert max(path[:, 0].max() for _, path in graph.paths()) == pytest.approx(1.45, abs=0.15)
-
-
-@pytest.mark.parametrize(("by_ratio", "exits"), [(False, 1), (True, 0)])
-def test_a_door_of_a_wide_room_is_a_way_though_nothing_is_known_beyond_it(by_ratio: bool, exits: int) -> None:
-    room: tuple[Wall, ...] = ((-5, -3, 5, -3), (5, -3, 5, 3), (5, 3, 0.5, 3), (-0.5, 3, -5, 3), (-5, 3, -5, -3))
-    graph = local_graph(
-        points_of(room, 0.0, step_m=0.04),
-        lambda x, y: (np.abs(x) < 5.0) & (np.abs(y) < 3.0),
-        0.0,
-        0.0,
-        LocalGraphConfig(exits_by_ratio=by_ratio),
-    )
-    assert graph is not None
-    ends = {way.end for number in graph.nodes() for way in graph.ways(number)}
-    assert sum(graph.is_exit(end) for end in ends) == exits

@@ -60,6 +60,16 @@ def test_what_may_lie_beyond_the_known_counts_for_a_spur(beyond: float, kept: bo
     assert (len(graph.branches) == 3) is kept
 
 
+@pytest.mark.parametrize("wide", [1.0, 3.0, 5.0])
+@pytest.mark.parametrize(("length", "kept"), [(0.5, False), (0.95, False), (1.05, True)])
+def test_what_nobody_has_seen_needs_the_least_extent_however_wide_the_place(
+    wide: float, length: float, kept: bool
+) -> None:
+    graph = star([30.0, 30.0, length], wide)
+    reduce(graph, RULES, {3: 0.0}, unseen={3})
+    assert (len(graph.branches) == 3) is kept
+
+
 @pytest.mark.parametrize(("apart", "nodes"), [(0.9, 1), (1.1, 2)])
 def test_meet_points_nearer_than_their_clearance_are_one(apart: float, nodes: int) -> None:
     points = [[0.0, 0.0, 1.0], [apart, 0.0, 1.0]]
