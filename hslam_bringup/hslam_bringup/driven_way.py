@@ -12,14 +12,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rclpy.serialization import deserialize_message
 
 from hslam_atlas.graph import AtlasGraph, Edge
 from hslam_atlas.picture import Picture
 from hslam_bags.bag import Bag
 from hslam_bags.cycles import in_portions, in_stamp_order, stamp_of
 from hslam_bags.errors import BagError
-from hslam_bags.message_types import message_class
+from hslam_bags.grown_types import Decoder
 from hslam_bags.topic_choice import TopicChoice
 from hslam_bringup.bag_loop import TOPICS
 from hslam_bringup.errors import RunError
@@ -82,8 +81,8 @@ class DrivenWay:
         self.edge_maps: dict[int, EdgeMap] = {}
         """By traversal."""
         ekf = EkfServer(EkfConfig())
-        classes: dict[str, Any] = {}
         with Bag(path) as bag:
+            decoder = Decoder(bag.topics.values())
             for topic in TOPICS:
                 if not bag.counts.get(topic):
                     raise BagError(path, f"topic {topic}", "is not in the bag, and no way is found without it")
@@ -98,9 +97,7 @@ class DrivenWay:
                     show(cycle / bag.counts["/odom"])
                 heard: dict[str, list[Any]] = {topic: [] for topic in topics}
                 for message in portion.messages:
-                    if message.type_name not in classes:
-                        classes[message.type_name] = message_class(message.type_name)
-                    heard[message.topic].append(deserialize_message(message.raw, classes[message.type_name]))
+                    heard[message.topic].append(decoder.decode(message))
                 self._step(ekf, heard, heard[ranges] if ranges else [], ranges == "/scan")
 
     def _step(self, ekf: EkfServer, heard: dict[str, list[Any]], ranges: list[Any], are_scans: bool) -> None:
