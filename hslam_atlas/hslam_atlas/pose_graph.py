@@ -104,7 +104,8 @@ def _relations(
     links = [graph.links[link] for link in sorted(graph.links) if graph.links[link].from_node in chain]
     ties += [(_node(link.from_node), _node(link.to_node), link.to_in_from) for link in links]
     for first, second, relation in ties:
-        noise = gtsam.noiseModel.Gaussian.Covariance(relation.covariance + np.eye(3) * _LEAST_STD**2)
+        spread = _turned(relation.covariance, -relation.pose.theta) + np.eye(3) * _LEAST_STD**2
+        noise = gtsam.noiseModel.Gaussian.Covariance(spread)
         robust = gtsam.noiseModel.Robust(loss, noise)
         factors.add(gtsam.BetweenFactorPose2(first, second, gtsam.Pose2(*relation.pose), robust))
     return factors
@@ -140,14 +141,17 @@ def _picture(
         landmarks[edge] = frame.apply_all(local[edge].conditioned(far, known, frame.inverse().apply_all(places)))
     marginals = gtsam.Marginals(factors, values)
     nodes = {node: _pose(values, _node(node)) for node in chain}
-    spreads = {node: _in_map(marginals.marginalCovariance(_node(node)), pose) for node, pose in nodes.items()}
+    spreads = {node: _turned(marginals.marginalCovariance(_node(node)), pose.theta) for node, pose in nodes.items()}
     return Picture(nodes, frames, landmarks, spreads)
 
 
-def _in_map(covariance: Array, pose: SE2) -> Array:
-    """Return a pose's covariance, which GTSAM gives in the pose's own axes, in those of the picture."""
+def _turned(covariance: Array, theta: float) -> Array:
+    """Return a pose's covariance by axes turned back by ``theta``.
+
+    GTSAM has it in the pose's own axes, `UncertainPose` in those that the pose is given in.
+    """
     turn = np.eye(3)
-    turn[:2, :2] = rotation(pose.theta)
+    turn[:2, :2] = rotation(theta)
     spread: Array = turn @ covariance @ turn.T
     return spread
 

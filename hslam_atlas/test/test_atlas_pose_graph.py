@@ -136,3 +136,16 @@ def test_the_chain_is_what_its_edges_say() -> None:
     chain = composed(ring.graph, ring.maps, 0)
     assert chain.nodes[1][:2] == pytest.approx((LENGTH_M, 0.0), abs=1e-9)
     assert landmark_rms(chain, ring) < 1e-9
+
+
+def test_a_relation_is_as_uncertain_as_it_is_by_the_axes_of_the_node_it_leads_from() -> None:
+    """20 cm along x, 5 cm across, to nodes that face elsewhere; where nothing closes the picture is the chain."""
+    graph = AtlasGraph()
+    for _ in range(3):
+        graph.add_node(NodeKind.MEET_POINT, 1.0, [0.0])
+    spread = np.diag([0.04, 0.0025, 0.0004])
+    graph.add_link(0, 1, UncertainPose(SE2(10.0, 0.0, 0.5 * math.pi), spread), 10.0)
+    graph.add_link(1, 2, UncertainPose(SE2(5.0, 2.0, -0.8), spread), 5.0)
+    chain, picture = (make(graph, AtlasStore(), 0).node_covariances for make in (composed, optimised))
+    for node in (1, 2):
+        assert picture[node] == pytest.approx(chain[node], abs=2e-4)
