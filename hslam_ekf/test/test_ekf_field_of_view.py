@@ -71,3 +71,24 @@ def test_a_landmark_near_the_edge_is_not_missed_by_an_edge_it_may_lie_beyond() -
     for _ in range(3):
         traversal.look(LandmarkView(0, 5.0, (), edge._replace(bearing_to=math.pi / 2.0)))
     assert not len(traversal.filter.landmarks)
+
+
+def test_the_margin_is_the_bearing_s_however_well_the_range_is_known() -> None:
+    """Expected three degrees inside, known to five in bearing and to a millimetre in range."""
+    edge = HALF._replace(bearing_to=math.radians(3.0))
+    traversal = Traversal(0, SE2(), SE2(), 0.0, 0.0, EkfConfig())
+    ahead = LandmarkSighting(2.0, 0.0, 0.001, math.radians(7.0))
+    for _ in range(2):
+        traversal.look(LandmarkView(0, 5.0, (ahead,), edge))
+    for _ in range(10):
+        traversal.look(LandmarkView(0, 5.0, (), edge))
+    assert len(traversal.filter.landmarks) == 1
+
+
+def test_a_sensor_before_the_base_sees_as_far_as_it_sees_from_there() -> None:
+    """A landmark 2.8 m from the base is 1.8 m from a sensor of 2 m: the one that was seen, not a new one each time."""
+    field = FieldOfView(sensor_x=1.0)
+    traversal = Traversal(0, SE2(), SE2(), 0.0, 0.0, EkfConfig())
+    for _ in range(4):
+        traversal.look(LandmarkView(0, 2.0, (LandmarkSighting(2.8, 0.0, 0.05, 0.02),), field))
+    assert len(traversal.filter.landmarks) == 1

@@ -73,4 +73,5 @@ def test_a_misfit_is_told_each_time_it_begins() -> None:
     assert told == [1, 0, 0, 1]
     noise.source = NoiseSource.POSE
     assert report.news(noise, check) == ["odometry is weighed by the growth of its pose covariance"]
+    assert report.news(noise, check) == []
     assert len(standing(noise, check)) == 2

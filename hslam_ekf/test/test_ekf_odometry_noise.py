@@ -95,6 +95,39 @@ def test_a_pose_covariance_that_does_not_grow_as_one_does_is_not_believed(later:
     assert ("its pose covariance" in teller.reason) is (later is not None)
 
 
+def sums(xx: float) -> PlanarCovariance:
+    """Return a pose's covariance as a driver keeps it that only sums variances up."""
+    return PlanarCovariance(xx, 0.0, 0.0, 0.1, 0.0, 0.1)
+
+
+@pytest.mark.parametrize(
+    ("later", "believed"), [(sums(0.1), False), (sums(0.2), True), (sums(1.05), True), (sums(1.2), False)]
+)
+def test_sums_that_stand_still_or_grow_by_more_than_a_metre_a_step_are_not_believed(
+    later: PlanarCovariance, believed: bool
+) -> None:
+    before = OdometrySample(0, SE2(), pose_covariance=sums(0.1))
+    after = OdometrySample(SECOND_NS, SE2(0.1, 0.0, 0.0), pose_covariance=later)
+    assert (OdometryNoise().of_step(before, after) is not None) == believed
+
+
+def test_a_base_that_cannot_move_sideways_may_say_so() -> None:
+    teller = OdometryNoise()
+    after = OdometrySample(SECOND_NS, SE2(0.1, 0.0, 0.0), Velocity(), FINE._replace(yy=0.0))
+    assert teller.of_step(OdometrySample(0, SE2()), after) is not None
+    assert teller.source is NoiseSource.TWIST
+
+
+def test_a_reason_stands_as_long_as_it_holds() -> None:
+    teller = OdometryNoise()
+    before = OdometrySample(0, SE2(), pose_covariance=sums(0.1))
+    after = OdometrySample(SECOND_NS, SE2(0.1, 0.0, 0.0), Velocity(), FINE._replace(tt=-1.0), sums(0.1))
+    teller.of_step(before, after)
+    assert teller.reason
+    teller.of_step(before, replace(after, pose_covariance=sums(0.2)))
+    assert teller.reason == ""
+
+
 def test_of_a_bad_twist_and_a_good_pose_the_pose_is_taken() -> None:
     before = OdometrySample(0, SE2(), pose_covariance=PlanarCovariance(0.1, 0.0, 0.0, 0.1, 0.0, 0.1))
     grown = PlanarCovariance(0.2, 0.0, 0.0, 0.2, 0.0, 0.2)
@@ -162,7 +195,15 @@ def test_without_looks_the_pose_is_as_uncertain_as_the_steps_add_up_to() -> None
 
 def test_a_look_between_two_cycles_divides_the_step_s_noise() -> None:
     """Looks without a sighting change nothing: the way to them and the way on add up to the step."""
-    blind = [replace(step, view=replace(step.view, sightings=()) if step.view else None) for step in short_drive(FINE)]
+    blind = [
+        replace(
+            step,
+            view=replace(step.view, sightings=()) if step.view else None,
+            events=step.events if index == 0 else (),
+        )
+        for index, step in enumerate(short_drive(FINE))
+    ]
+    assert any(step.view for step in blind)
     _, halved = run(blind)
     _, whole = run([replace(step, view=None) for step in blind])
     assert halved[-1] == pytest.approx(whole[-1], rel=1e-2)

@@ -59,3 +59,20 @@ def test_a_body_too_near_may_move_away_but_no_nearer() -> None:
     ahead = np.array([[0.2, 0.0]])
     assert limited(Velocity(0.2, 0.0), SE2(), ahead, ROOM_M)[1] is True
     assert limited(Velocity(-0.2, 0.0), SE2(), ahead, ROOM_M)[1] is False
+
+
+def test_an_arc_is_followed_to_its_own_side() -> None:
+    beside = np.array([[0.3, 0.2]])
+    left, right = (limited(Velocity(0.4, turn), SE2(), beside, ROOM_M)[0] for turn in (1.2, -1.2))
+    assert left.forward < 0.4
+    assert right == Velocity(0.4, -1.2)
+
+
+def test_slow_commands_are_looked_at_farther_ahead_in_time_than_fast_ones() -> None:
+    """0.7 s at 0.15 m/s come within 0.21 m of the obstacle; 0.5 s at 0.4 m/s within 0.23 m of theirs."""
+    assert limited(Velocity(0.15, 0.0), SE2(), np.array([[0.315, 0.0]]), ROOM_M)[0].forward < 0.15
+    assert limited(Velocity(0.4, 0.0), SE2(), np.array([[0.43, 0.0]]), ROOM_M)[0].forward == 0.4
+
+
+def test_who_is_stopped_may_turn_on() -> None:
+    assert limited(Velocity(0.4, 0.3), SE2(), np.array([[0.23, 0.0]]), ROOM_M) == (Velocity(0.0, 0.3), True)

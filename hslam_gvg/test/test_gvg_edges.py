@@ -8,7 +8,7 @@ import pytest
 from hslam_gvg.ranging.cone_ping import ConePing
 from hslam_gvg.ranging.edges import CLEARED, SUSPECTED_M, edges, suspicious
 from hslam_gvg.ranging.ping_memory import PingMemory
-from hslam_gvg.ranging.reflectors import OFFSETS, Reflectors, _pieces
+from hslam_gvg.ranging.reflectors import OFFSETS, Reflectors, _explained, _pieces
 from hslam_types.se2 import Array
 
 HALF_CONE = math.radians(15.0)
@@ -120,3 +120,36 @@ def test_a_wall_is_heard_in_pieces() -> None:
     wall = [(0.3 * k, 1.0) for k in range(4)]
     places = np.array([*wall, (0.5, 0.0), (0.7, 0.0)])
     assert _pieces(places).tolist() == [False, True, True, False, False, False]
+
+
+def test_an_echo_is_no_support_of_itself() -> None:
+    ears = Ears()
+    ears.ping(0.0, 1.0)
+    assert not ears.reflectors._support[0].any()
+    ears.ping(0.0, 1.0, y=0.1)
+    assert ears.reflectors._support[1].any()
+
+
+@pytest.mark.parametrize(
+    ("off_axis", "heard_m", "explained"),
+    [(15.0, 2.0, True), (25.0, 2.0, False), (35.0, 2.0, False), (35.0, 1.2, True), (50.0, 1.2, False)],
+)
+def test_a_wall_explains_echoes_of_a_lobe_and_near_ones_of_a_side_lobe(
+    off_axis: float, heard_m: float, explained: bool
+) -> None:
+    wall = heard_m * np.array([[math.cos(math.radians(off_axis)), math.sin(math.radians(off_axis))]])
+    echo = np.array([[0.0], [0.0], [0.0], [heard_m]])
+    assert _explained(echo, np.full((1, 2), math.inf), wall)[0] == explained
+
+
+def test_no_place_explains_itself() -> None:
+    echo, wall = np.array([[0.0], [0.0], [0.0], [2.0]]), np.array([[2.0, 0.0]])
+    assert not _explained(echo, wall + [0.0, 0.1], wall)[0]  # noqa: RUF005 - a sum
+    assert _explained(echo, wall + [0.0, 0.2], wall)[0]  # noqa: RUF005 - a sum
+
+
+@pytest.mark.parametrize(("travel_m", "minded"), [(2.9, True), (3.1, False)])
+def test_what_nothing_explains_is_minded_for_three_metres_of_travel(travel_m: float, minded: bool) -> None:
+    ears = Ears()
+    ears.ping(0.0, 1.0)
+    assert bool(len(ears.reflectors.suspects(travel_m))) == minded

@@ -79,3 +79,16 @@ def test_pings_that_a_wall_would_not_have_answered_say_nothing(past: ConePing) -
     memory.is_new(past, 0.0)
     through, ended = memory.met(BEGIN, END, 0.0)
     assert (through.tolist(), ended.tolist()) == ([0], [0])
+
+
+@pytest.mark.parametrize(("heard_m", "through"), [(2.24, 0), (2.27, 1)])
+def test_a_ping_is_past_a_narrow_gap_by_a_quarter_of_a_metre(heard_m: float, through: int) -> None:
+    memory = PingMemory(6.0)
+    memory.is_new(ping(0.0, 0.0, 0.0, heard_m), 0.0)
+    assert memory.met(np.array([[2.0, -0.1]]), np.array([[2.0, 0.1]]), 0.0)[0].tolist() == [through]
+
+
+def test_a_ping_said_again_when_it_has_been_forgotten_is_new() -> None:
+    memory = PingMemory(6.0)
+    memory.is_new(ping(0.0, 0.0, 0.0, 2.0), 0.0)
+    assert memory.is_new(ping(0.0, 0.0, 0.0, 2.0), 6.5)

@@ -149,5 +149,7 @@ def test_a_look_says_what_the_scan_could_have_shown() -> None:
     for beams in (360, 361):
         round_it = dataclasses.replace(scan, ranges=np.full(beams, 3.0))
         assert look(round_it, ScanLandmarksConfig()).field == (0.2, 0.1, 0.0, 0.0, 0.15)
+    nothing = dataclasses.replace(scan, ranges=np.full(len(scan.ranges), math.inf))
+    assert look(nothing, ScanLandmarksConfig()).field == field
     gap = look(dataclasses.replace(scan, ranges=np.full(350, 3.0)), ScanLandmarksConfig()).field
     assert (gap.bearing_to - gap.bearing_from) == pytest.approx(math.radians(349.0))
