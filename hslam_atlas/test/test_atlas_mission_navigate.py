@@ -1,16 +1,20 @@
 """The mission to navigate, against scripted levels."""
 
 import math
+from dataclasses import replace
 
 import pytest
 from scripted_level import ScriptedLevel, located, row
 
+from hslam_atlas.localisation.place import Place
 from hslam_atlas.missions.approach import Approach
 from hslam_atlas.missions.destination import AtNode, DestinationError, OnEdge, ends_of, from_map, otherwise
+from hslam_atlas.missions.localise import Localise
 from hslam_atlas.missions.mission import Happened, Sense
 from hslam_atlas.missions.navigate import Navigate, Progress
 from hslam_atlas.state import AtlasState
-from hslam_types.gvg_events import EventKind, GoalKind, GvgEvent, GvgGoal
+from hslam_atlas.uncertain_pose import UncertainPose
+from hslam_types.gvg_events import EventKind, GoalKind, GvgEvent, GvgGoal, NodeKind, NodeView
 from hslam_types.se2 import SE2
 
 MIDDLE = (math.pi, 0.0, 1.5)
@@ -148,3 +152,65 @@ def test_a_loss_is_followed_by_reaching_the_graph() -> None:
     mission, level, _ = at_node_one()
     goal = mission.step(Happened((GvgEvent(9, 9, EventKind.LOST),), sense=level.sense(SE2(), None))).goal
     assert goal == GvgGoal(GoalKind.ACCESS)
+
+
+def test_the_ways_to_a_point_are_those_to_both_ends_of_its_edge_and_on_along_it() -> None:
+    """3 m along corridor 1: at once from its first end, or round by its other; 6 m for every stop at a node."""
+    mission, _, _ = at_node_one()
+    mission.go_to(OnEdge(1, 3.0, 0.5))
+    assert sorted(mission._ways(1, (0, 1))) == [(3.0, 1), (27.0, 1)]
+    assert sorted(mission._ways(0, (0,))) == [(21.0, 0), (45.0, 0)]
+
+
+def test_the_fourth_try_in_vain_is_the_last() -> None:
+    mission, _, _ = at_node_one()
+    told = []
+    for _ in range(4):
+        mission._count_a_try("in vain")
+        told.append(mission.progress)
+    assert told == [Progress.UNDER_WAY] * 3 + [Progress.UNREACHABLE]
+
+
+def test_a_clearance_read_too_small_by_its_error_keeps_nobody_from_a_point() -> None:
+    near, far = Approach(), Approach()
+    assert [near.is_time(d, room_m=1.0) for d in (1.2, 1.05, 1.09)] == [False, False, True]
+    assert [far.is_time(d, room_m=1.0) for d in (1.2, 1.07, 1.11)] == [False] * 3
+
+
+def test_a_point_is_one_place_in_the_node_where_two_edges_meet() -> None:
+    """Each edge has its own frame there, turned and moved against the other's."""
+    state = row()
+    graph = state.graph
+    for edge, end, frame in ((0, 1, SE2(0.1, 0.2, math.pi - 0.3)), (1, 0, SE2(-0.1, 0.1, 0.2))):
+        ends = list(graph.edges[edge].ends)
+        ends[end] = ends[end]._replace(frame_in_node=UncertainPose.exact(frame))
+        graph.put_edge(replace(graph.edges[edge], ends=(ends[0], ends[1])))
+    (other,) = otherwise(graph, state.maps, OnEdge(0, 11.0, 0.5))
+    in_node = [end.in_node for point in (OnEdge(0, 11.0, 0.5), other) for end in ends_of(graph, point) if end.node == 1]
+    assert in_node[0] == pytest.approx(in_node[1])
+
+
+def test_of_two_edges_beside_a_point_the_one_that_sees_more_of_it_in_one_drive_is_taken() -> None:
+    """Driven often an edge has seen everything often."""
+    state = row()
+    x = 11.0
+    first = from_map(state.graph, state.maps, x, 0.5).edge
+    often = state.maps.get(1 - first)
+    state.maps.put(1 - first, replace(often, sightings=tuple(9 * n for n in often.sightings)))
+    state.graph.put_edge(replace(state.graph.edges[1 - first], traversals=tuple(range(9))))
+    assert from_map(state.graph, state.maps, x, 0.5).edge == first
+
+
+def test_a_lost_robot_drives_on_by_known_edges_that_tell_its_places_apart() -> None:
+    """Three branches in view, come by the first."""
+    state = row()
+    search = Localise(state)
+    seen = NodeView(NodeKind.MEET_POINT, 0.0, 0.0, 1.0, (math.pi, 0.0, 1.5))
+    arrival = GvgEvent(1, 1, EventKind.ARRIVAL, seen, 0, 12.0)
+    frame = UncertainPose.exact(SE2())
+    assert search.next_goal(arrival).branch == 1  # nothing known: not back
+    search.locator.places = [Place(1, frame, 1, 3.0, (0, 2, 1), 0)]
+    assert search.next_goal(arrival).branch == 2  # a known edge before an unexplored branch
+    state.graph.put_edge(replace(state.graph.edges[1], path_length_m=20.0))
+    search.locator.places = [Place(1, frame, 1, 3.0, (2, 0, 1), 0), Place(1, frame, 1, 2.0, (2, 0, 0), 0)]
+    assert search.next_goal(arrival).branch == 2  # though longer: by the other both places lead 12 m
