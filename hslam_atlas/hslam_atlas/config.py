@@ -32,6 +32,9 @@ class AtlasConfig(Configuration):
         high=1.0,
         unit="rad",
     )
+    lost_per_metre: float = parameter(
+        0.15, "Error of a pose by bare odometry where the robot was lost, for each metre.", low=0.0, high=10.0
+    )
     chain_inflation: float = parameter(
         1.5, "Factor on the standard deviation of chained poses: filters are optimistic.", low=1.0, high=10.0
     )
@@ -70,6 +73,9 @@ class AtlasConfig(Configuration):
         5.0, "Lead over the next hypothesis at which a loop may close.", low=0.0, high=100.0
     )
     keep_evidence: float = parameter(-3.0, "Evidence below which a hypothesis is dropped.", low=-100.0, high=0.0)
+    confirm_evidence: float = parameter(
+        -3.0, "Evidence from which an open question is worth a drive that would confirm it.", low=-100.0, high=100.0
+    )
     branch_gate: float = parameter(
         math.radians(40.0), "Two bearings farther apart are different branches.", low=0.05, high=1.6, unit="rad"
     )
@@ -83,6 +89,9 @@ class AtlasConfig(Configuration):
         "and goes when fewer than this are left.",
         low=1,
         high=1000,
+    )
+    goal_tolerance_m: float = parameter(
+        0.12, "An errand to a point has reached it within this distance.", low=0.01, high=2.0, unit="m"
     )
     attempts: int = parameter(3, "Fruitless drives after which a branch is given up.", low=1, high=100)
 

@@ -12,9 +12,6 @@ from hslam_atlas.state import AtlasState
 from hslam_atlas.whereabouts import Here
 from hslam_types.se2 import wrap
 
-_PLAUSIBLE = -3.0
-"""Evidence (nats) from which an open question is worth a drive."""
-
 
 def next_branch(state: AtlasState, questions: Questions, here: Here) -> int | None:
     """Return the key of the branch to trace from here, or None if nothing is left to explore."""
@@ -33,7 +30,7 @@ def _confirming(state: AtlasState, questions: Questions, here: Here) -> int | No
     """Return a new branch that, if this node is the one suspected, is a known edge: the shortest such."""
     node = state.graph.nodes[here.node]
     for question in questions.of(here.node):
-        if questions.evidence(question) < _PLAUSIBLE:
+        if questions.evidence(question) < state.config.confirm_evidence:
             break
         other = state.graph.nodes[question.other]
         partners = branch_partners(node, other, question.node_in_other, state.config.branch_gate)

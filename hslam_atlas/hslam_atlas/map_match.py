@@ -19,6 +19,7 @@ from hslam_types.se2 import SE2, Array
 Indices = npt.NDArray[np.intp]
 
 _FEWEST_PAIRS = 3
+"""Two fix the offset and agree with anything."""
 _CLEAR_FRACTION, _MANY_PAIRS = 0.7, 12
 """So many pairs match for themselves: different places were never seen to share more than half."""
 _CHANCE_MOST = 0.5

@@ -17,9 +17,6 @@ from hslam_types.edge_map import EdgeMap, FrameLink
 from hslam_types.gvg_events import EventKind, GvgEvent, NodeKind, NodeView
 from hslam_types.se2 import SE2
 
-_LINK_PER_METRE = 0.15
-"""Error of a pose by bare odometry, for each metre: the robot was lost on the way."""
-
 
 class Mapper:
     """Turns events, edge-maps and links into graph, maps and open questions."""
@@ -255,7 +252,7 @@ class Mapper:
         lost, self._lost_from = self._lost_from, None
         if lost is not None and lost.node in self.state.graph.nodes:
             pose = lost.odom_in_node @ SE2(view.x_in_odom, view.y_in_odom, 0.0)
-            off = 0.3 + 2.0 * _LINK_PER_METRE * math.hypot(pose.x, pose.y)
+            off = 0.3 + 2.0 * self.state.config.lost_per_metre * math.hypot(pose.x, pose.y)
             relation = UncertainPose.diagonal(pose, off, 0.1 + 0.05 * off)
             self.state.graph.add_link(lost.node, node.id, relation, math.hypot(pose.x, pose.y))
             self._doubt_unmapped(lost.node, node, view)

@@ -8,6 +8,7 @@ from hslam_atlas.uncertain_pose import UncertainPose
 from hslam_types.se2 import SE2
 
 _SIZE = 12 * 8
+"""Bytes: x, y, theta and a covariance of 3 x 3, each in 64 bits."""
 _ROUNDING = 1e-6
 """How far a covariance may be from symmetric and positive by rounding, as a share of its largest entry."""
 

@@ -15,6 +15,7 @@ from hslam_atlas.graph import AtlasGraph
 from hslam_atlas.picture import Picture
 
 LARGEST_ID = 2**16 - 1
+"""Nav2 keeps ids in 16 bits."""
 _DIGITS = 3
 """After the point: millimetres."""
 

@@ -1,6 +1,7 @@
 """The tables of an atlas file (SQLite)."""
 
 VERSION = 1
+"""Of the tables, as the file itself tells it."""
 LARGEST = 1e12
 """Largest length (m), angle (rad), evidence (nats) or entry of a covariance: nothing on a floor comes near it."""
 

@@ -9,6 +9,7 @@ from hslam_types.edge_map import EdgeMap
 from hslam_types.edge_map_transform import reverse
 
 _KEPT = 64
+"""Maps held in memory: some 20 MB of a hundred landmarks each."""
 
 
 class StoredMaps(ABC):

@@ -16,6 +16,7 @@ from hslam_atlas.local_map_factor import LocalMap, local_map_factor
 from hslam_types.se2 import SE2, Array
 
 _ANCHOR_STD = 1e-6
+"""Of the first frame (m, rad): it is where all else is told from."""
 
 
 class JoiningError(AtlasError):

@@ -214,3 +214,15 @@ def test_a_lost_robot_drives_on_by_known_edges_that_tell_its_places_apart() -> N
     state.graph.put_edge(replace(state.graph.edges[1], path_length_m=20.0))
     search.locator.places = [Place(1, frame, 1, 3.0, (2, 0, 1), 0), Place(1, frame, 1, 2.0, (2, 0, 0), 0)]
     assert search.next_goal(arrival).branch == 2  # though longer: by the other both places lead 12 m
+
+
+@pytest.mark.parametrize(("tolerance_m", "there"), [(0.05, False), (0.12, True)])
+def test_a_point_is_reached_as_near_as_the_configuration_says(tolerance_m: float, there: bool) -> None:
+    mission, level, state = at_node_one()
+    state.config = replace(state.config, goal_tolerance_m=tolerance_m)
+    mission.go_to(OnEdge(1, 0.5, 0.7))
+    mission.step(level.arrives(MIDDLE, 0, 12.0, seed=0))
+    beside = level.sense(SE2(12.5, 0.62, 0.0), None, idle=True)
+    for _ in range(12):
+        mission.step(Happened(sense=beside))
+    assert (mission.progress is Progress.REACHED) == there

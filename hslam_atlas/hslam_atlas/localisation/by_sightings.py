@@ -14,6 +14,7 @@ from hslam_atlas.edge_maps import EdgeMaps
 from hslam_types.se2 import SE2, Array, rotation
 
 _FEWEST = 5
+"""Landmarks that make a place: two fix a pose, two more are shared by chance now and then."""
 _SHARE = 0.7
 """Of the landmarks in sight that must be on the map."""
 _LEAD = 3

@@ -13,7 +13,9 @@ from hslam_types.edge_map_transform import reverse
 from hslam_types.se2 import SE2, wrap
 
 _FEWEST_PAIRS = 4
+"""One more than two maps need to match at all: the pose is given by the few about the robot."""
 _HEADING_STD = math.radians(4.0)
+"""Of where the robot is thought to face; set by hand."""
 _POSITION_STD_M, _PER_METRE = 0.1, 0.015
 """Of where the robot is thought to be: a part that is always there, and a part of the way driven."""
 

@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 
 _THERE_M = 0.1
+"""So near to the point nothing is gained by waiting."""
 _PAST_M = 0.03
 """Farther from the point than it once was by this, the robot has passed the place nearest to it."""
 _BEYOND_CLEARANCE_M = 0.1
@@ -27,6 +28,6 @@ class Approach:
         return within and distance_m > self.nearest_m + _PAST_M
 
 
-def reached(distance_m: float, tolerance_m: float = 0.12) -> bool:
+def reached(distance_m: float, tolerance_m: float) -> bool:
     """Whether a straight drive that has ended has ended at its point."""
     return distance_m <= tolerance_m

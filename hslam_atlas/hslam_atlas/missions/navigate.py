@@ -227,11 +227,12 @@ class Navigate:
         if self._straight is None or not sense.idle or self._cycle - self._began < 5:
             return None
         distance = math.dist(sense.base_in_odom[:2], self._straight)
-        if not reached(distance) and self._again:  # the body rolls on from the speed of tracing
+        is_there = reached(distance, self._state.config.goal_tolerance_m)
+        if not is_there and self._again:  # the body rolls on from the speed of tracing
             self._again, self._began = False, self._cycle
             return GvgGoal(GoalKind.STRAIGHT, x_in_odom=self._straight[0], y_in_odom=self._straight[1])
         self._straight, self._waiting = None, True
-        if reached(distance):
+        if is_there:
             self._end(Progress.REACHED)
             return None
         self._count_a_try("something stands between the edge and the point")
