@@ -9,7 +9,7 @@ from scripted_level import EXACT, LENGTH_M, ScriptedLevel, edge_map, located, ro
 
 from hslam_atlas.config import AtlasConfig
 from hslam_atlas.localisation.anywhere import about_a_node
-from hslam_atlas.localisation.locator import _MOST, Locator, _distinct
+from hslam_atlas.localisation.locator import Locator, _distinct
 from hslam_atlas.localisation.on_edge import base_on_edge
 from hslam_atlas.localisation.place import Place, beyond_doubt
 from hslam_atlas.missions.mission import Happened
@@ -117,17 +117,27 @@ def test_where_on_an_edge_the_robot_is_and_how_it_faces(heading: float) -> None:
     found = base_on_edge(edge_map(0, 0), so_far(9, 6.0, heading=heading), truth @ SE2(0.1, -0.1, 0.05), AtlasConfig())
     assert found is not None
     assert found.pose == pytest.approx(truth, abs=0.03)
-    assert base_on_edge(edge_map(0, 77), so_far(9, 6.0), SE2(6.0, 0.0, 0.0), AtlasConfig()) is None
+
+
+def test_an_edge_that_shows_something_else_or_hardly_anything_tells_no_place() -> None:
+    here, config = SE2(6.0, 0.0, 0.0), AtlasConfig()
+    assert base_on_edge(edge_map(0, 77), so_far(9, 6.0), here, config) is None
+    full = edge_map(0, 0)
+    near = np.argsort(np.hypot(full.landmarks[:, 0] - 6.0, full.landmarks[:, 1]))[:5]
+    few = replace(full, landmarks=full.landmarks[near], sightings=(9,) * 5, covariance=1e-4 * np.eye(12))
+    assert base_on_edge(few, so_far(9, 6.0), here, config) is None
+    assert base_on_edge(few, so_far(9, 6.0), here, replace(config, least_fraction=0.1)) is not None
 
 
 def test_the_end_of_a_drive_from_somewhere_on_an_edge_tells_the_node_and_how_it_lies() -> None:
-    """Begun 4 m along corridor 0, come to node 1, whose view is turned by half a radian against the map."""
+    """Begun 4 m along corridor 0, come to node 1, where its branch leaves by 0.2 rad beside the edge's x axis."""
     state = row()
+    state.graph.nodes[1].branches[0].bearing = math.pi - 0.2
     drive = so_far(9, LENGTH_M)
     ahead = np.flatnonzero(drive.landmarks[:, 0] > 2.0)
     moved = replace(
         so_far(9, 8.0), landmarks=drive.landmarks[ahead] - [4.0, 0.0], sightings=(9,) * len(ahead),
-        covariance=np.diag([1e-4, 0.0] + [1e-4] * (2 * len(ahead))),
+        covariance=np.diag([1e-4, 0.0] + [1e-4] * (2 * len(ahead))), arrival_heading=math.pi - 0.2,
     )  # fmt: skip
     view = NodeView(NodeKind.MEET_POINT, 0.0, 0.0, 1.0, tuple(bearing + 0.5 for bearing in MIDDLE))
     sight = sight_of(GvgEvent(9, 9, EventKind.ARRIVAL, view, 0, 8.0), moved)
@@ -152,6 +162,6 @@ def test_of_each_node_and_branch_come_by_the_likeliest_place_is_kept() -> None:
 
 def test_no_belief_is_so_strong_that_a_robot_cannot_have_been_carried_away() -> None:
     locator, level = on_its_way()
-    locator.places = [replace(locator.places[0], evidence=_MOST - 1.0)]
+    locator.places = [replace(locator.places[0], evidence=29.0)]
     locator.hear(level.arrives(MIDDLE, 0, 12.0, seed=0))
-    assert locator.places[0].evidence < _MOST + 1.0  # the view's half nat comes on top
+    assert locator.places[0].evidence == pytest.approx(30.5)  # 30, and the view's half nat on top

@@ -145,6 +145,17 @@ def test_far_ends_become_one_where_they_are_whatever_their_frames() -> None:
     assert far.gone_in_kept.pose == pytest.approx(turned.pose.inverse(), abs=0.15)
 
 
+def test_where_the_older_far_node_is_the_younger_node_s_the_far_ends_change_places() -> None:
+    state = bare([0.0], [0.5], [0.0], [0.0])
+    turned = UncertainPose.exact(SE2(0.2, -0.1, 0.5))
+    connect(state, Drive(EdgeEnd(0, 0, FORWARD), EdgeEnd(2, 0, FORWARD), replace(WEST_1, traversal=1)))
+    connect(state, Drive(EdgeEnd(3, 0, FORWARD), EdgeEnd(1, 0, turned), replace(WEST_2, traversal=2)))
+    assert merge(state, 3, 0, FORWARD)
+    _, far = state.merged
+    assert (far.gone, far.kept) == (2, 1)
+    assert far.gone_in_kept.pose == pytest.approx(turned.pose, abs=0.15)
+
+
 def test_a_node_that_takes_another_in_is_not_taken_in_itself_at_once() -> None:
     """Node 2 is to be node 1; the edges on their branches then say that node 1 is node 0: one after the other."""
     state = bare([0.0], [0.0, math.pi], [0.0, math.pi])

@@ -226,3 +226,34 @@ def test_a_point_is_reached_as_near_as_the_configuration_says(tolerance_m: float
     for _ in range(12):
         mission.step(Happened(sense=beside))
     assert (mission.progress is Progress.REACHED) == there
+
+
+def test_near_its_point_the_robot_looks_at_the_edge_s_map_every_fourth_cycle(monkeypatch: pytest.MonkeyPatch) -> None:
+    mission, level, _ = at_node_one()
+    mission.go_to(OnEdge(1, 11.0, 0.7))
+    mission.step(level.arrives(MIDDLE, 0, 12.0, seed=0))
+    mission.step(level.departs(MIDDLE, 1, 12.0))
+    looks: list[object] = []
+
+    def correct(*arguments: object) -> bool:
+        looks.append(arguments)
+        return False
+
+    monkeypatch.setattr(mission.locator, "correct", correct)
+    for x in (1.0, 2.0, 3.0, 4.0):  # farther than 5 m from it
+        mission.step(Happened(sense=level.sense(SE2(12.0 + x, 0.0, 0.0), SE2(x, 0.0, 0.0))))
+    assert not looks
+    for k in range(8):
+        x = 6.5 + 0.1 * k
+        mission.step(Happened(sense=level.sense(SE2(12.0 + x, 0.0, 0.0), SE2(x, 0.0, 0.0))))
+    assert len(looks) == 2
+
+
+@pytest.mark.parametrize(("branch", "end"), [(1, 0), (2, 1)])
+def test_on_a_loop_the_branch_left_by_tells_its_ends_apart(branch: int, end: int) -> None:
+    mission, _, state = at_node_one()
+    first, second = state.graph.edges[1].ends
+    loop = replace(state.graph.edges[1], ends=(first, second._replace(node=1, branch=2)))
+    state.graph.put_edge(loop)
+    mission._on = 1
+    assert mission._end_at(Place(1, UncertainPose.exact(SE2()), 1, 9.0, branch=branch)) == end
