@@ -69,4 +69,4 @@ def test_once_a_command_has_been_imported_it_ends_as_it_sees_fit(tmp_path: Path)
     process.send_signal(signal.SIGINT)
     _, said = process.communicate(timeout=PATIENCE_S)
     assert "Traceback" not in said
-    assert process.returncode == 130
+    assert process.returncode in {1, 130}  # 1 by typer 0.9
