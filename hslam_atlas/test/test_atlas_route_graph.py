@@ -8,11 +8,13 @@ from typing import Any, NamedTuple
 import networkx as nx
 import pytest
 from ring_atlas import LENGTH_M, SIDES, ring_atlas
+from scripted_level import edge_map, row
 
-from hslam_atlas.graph import AtlasGraph
+from hslam_atlas.graph import AtlasGraph, EdgeEnd
 from hslam_atlas.networkx_graph import networkx_graph
 from hslam_atlas.picture import Picture, composed
 from hslam_atlas.route_graph import LARGEST_ID, RouteGraphError, route_graph
+from hslam_atlas.uncertain_pose import UncertainPose
 from hslam_types.gvg_events import NodeKind
 from hslam_types.se2 import SE2
 
@@ -110,3 +112,22 @@ def test_graphml_keeps_nodes_edges_and_lengths(tmp_path: Any) -> None:
     assert read.nodes[lonely]["kind"] == "boundary_point"
     assert read.nodes[lonely]["unexplored"] == 2
     assert (read.nodes[1]["x"], read.nodes[1]["y"]) == pytest.approx(pictures[0].nodes[1][:2])
+
+
+def test_an_edge_of_graphml_tells_the_bearing_at_either_end() -> None:
+    state = row()
+    network = networkx_graph(state.graph, [composed(state.graph, state.maps, 0)])
+    edge = network.edges[1, 2, 1]
+    assert (edge["first"], edge["bearing_at_first"], abs(edge["bearing_at_second"])) == (1, 0.0, math.pi)
+
+
+def test_only_the_part_that_is_pictured_is_given() -> None:
+    state = row()
+    for _ in range(2):
+        state.graph.add_node(NodeKind.MEET_POINT, 1.0, [0.0])
+    apart = tuple(EdgeEnd(node, 0, UncertainPose.exact(SE2())) for node in (3, 4))
+    state.graph.connect((apart[0], apart[1]), 5.0, 0.0, 5.0, 9)
+    state.maps.put(2, edge_map(9, 3))
+    found = route_graph(state.graph, composed(state.graph, state.maps, 0))
+    edges = {line["properties"]["metadata"].get("atlas_edge") for line in found["features"]}
+    assert edges == {None, 0, 1}
