@@ -2,19 +2,15 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from hslam_msgs.msg import GvgEvent as GvgEventMsg
-from nav_msgs.msg import Odometry
-from rclpy.serialization import deserialize_message
-from std_msgs.msg import Bool
 
 from hslam_atlas.graph import AtlasGraph, Node
 from hslam_atlas.picture import composed
 from hslam_atlas.pose_graph import optimised
 from hslam_atlas.store import AtlasStore
 from hslam_bags.bag import Bag
+from hslam_bags.grown_types import Decoder
 from hslam_bags.topic_choice import TopicChoice
 from hslam_bringup.errors import RunError
 from hslam_report.explored import (
@@ -32,12 +28,7 @@ from hslam_ros.conversions import event_from_msg, odometry_from_msg
 from hslam_types.gvg_events import GvgEvent
 from hslam_types.se2 import SE2
 
-_TYPES: dict[str, Any] = {
-    "/odom": Odometry,
-    "/ground_truth": Odometry,
-    "/gvg/events": GvgEventMsg,
-    "/bumper": Bool,
-}
+_TOPICS = ("/odom", "/ground_truth", "/gvg/events", "/bumper")
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,8 +60,9 @@ def read_log(bag: Path) -> RunLog:
     events: dict[int, GvgEvent] = {}
     contacts = 0
     with Bag(bag) as opened:
-        for stored in opened.messages(TopicChoice(tuple(_TYPES))):
-            msg = deserialize_message(stored.raw, _TYPES[stored.topic])
+        decoder = Decoder(opened.topics.values())
+        for stored in opened.messages(TopicChoice(_TOPICS)):
+            msg = decoder.decode(stored)
             if stored.topic == "/gvg/events":
                 event = event_from_msg(msg)
                 events[event.sequence] = event

@@ -1,7 +1,7 @@
 """The counters of looks and absences against their rules, stated anew over the whole history of each landmark."""
 
 from dataclasses import dataclass, field
-from enum import Enum
+from enum import Enum, auto
 
 import numpy as np
 from hypothesis import given
@@ -18,19 +18,31 @@ BEARINGS = (-3.14, 3.0, 0.0, 1.0, -1.0)
 
 
 class Look(Enum):
-    """What one look says of one landmark: how its sightings lie to it (m behind it, rad beside it)."""
+    """What one look says of one landmark."""
 
-    SEEN = ((0.1, 0.01),)
-    ABSENT = ()
-    HIDDEN = ((-1.0, 0.01),)
+    SEEN = auto()
+    ABSENT = auto()
+    HIDDEN = auto()
     """Something in front of it is seen."""
-    BESIDE = ((2.0, 0.06), (2.0, -0.06))
+    BESIDE = auto()
     """Something farther away is seen, but not past it."""
-    CLOSE_BEHIND = ((0.4, 0.01),)
+    CLOSE_BEHIND = auto()
     """Too near to it to be told from it."""
-    SEEN_PAST = ((0.6, -0.04), (1.5, 0.02))
-    AWAY = ((2.0, 0.0),)
+    SEEN_PAST = auto()
+    AWAY = auto()
     """Not in range."""
+
+
+SIGHTINGS: dict[Look, tuple[tuple[float, float], ...]] = {
+    Look.SEEN: ((0.1, 0.01),),
+    Look.ABSENT: (),
+    Look.HIDDEN: ((-1.0, 0.01),),
+    Look.BESIDE: ((2.0, 0.06), (2.0, -0.06)),
+    Look.CLOSE_BEHIND: ((0.4, 0.01),),
+    Look.SEEN_PAST: ((0.6, -0.04), (1.5, 0.02)),
+    Look.AWAY: ((2.0, 0.0),),
+}
+"""How the sightings of a look lie to the landmark (m behind it, rad beside it)."""
 
 
 @dataclass
@@ -66,7 +78,7 @@ class History:
 
 def sightings_of(looks: list[tuple[float, Look]]) -> Array:
     """Return the sightings (m x 2) that looks at landmarks at the given bearings consist of."""
-    seen = [(RANGE_M + far, wrap(bearing + beside)) for bearing, look in looks for far, beside in look.value]
+    seen = [(RANGE_M + far, wrap(bearing + beside)) for bearing, look in looks for far, beside in SIGHTINGS[look]]
     return np.array(seen).reshape(-1, 2)
 
 

@@ -91,6 +91,6 @@ class GvgGoal:
     kind: GoalKind
     branch: int = -1
     """TRACE: index into the bearings of the node last arrived at."""
-    x_in_odom: float = math.nan
-    """STRAIGHT: the target point (m)."""
-    y_in_odom: float = math.nan
+    x_in_odom: float = math.inf
+    """STRAIGHT: the target point (m).  Not NaN where there is none: goals are compared, and NaN equals nothing."""
+    y_in_odom: float = math.inf
