@@ -5,11 +5,13 @@ walls times beams.
 """
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
 
 from hslam_sim.lidar_configuration import LidarConfiguration
+from hslam_sim.passers_by import Disc
 from hslam_sim.wall_index import BEHIND_M, WallIndex, Walls
 from hslam_types.se2 import SE2, Array
 from hslam_types.sensing import RangeScan
@@ -37,12 +39,17 @@ class Lidar:
         self._ray_x = np.array([math.cos(bearing) for bearing in bearings])
         self._ray_y = np.array([math.sin(bearing) for bearing in bearings])
 
-    def scan(self, stamp_ns: int, base_in_map: SE2) -> RangeScan:
-        """Return the ranges from a pose of base_link in map, +inf where nothing answers (REP-117)."""
+    def scan(self, stamp_ns: int, base_in_map: SE2, discs: Sequence[Disc] = ()) -> RangeScan:
+        """Return the ranges from a pose of base_link in map, +inf where nothing answers (REP-117).
+
+        ``discs`` stand in the way besides the walls.
+        """
         config, rng = self._config, self._rng
         noise, missing = rng.standard_normal(config.beams), rng.random(config.beams)
         sensor = base_in_map @ self._mounting
         ranges = self._first_hits(self._bright.near(sensor.x, sensor.y), sensor)
+        for x, y, radius in discs:
+            self._shade(ranges, x - sensor.x, y - sensor.y, radius, sensor.theta)
         swallowed = self._first_hits(self._dark.near(sensor.x, sensor.y), sensor) <= ranges
         ranges += config.noise_m * noise
         silent = swallowed | (missing < config.missing_probability) | (ranges > config.range_max_m)
@@ -50,6 +57,15 @@ class Lidar:
         return RangeScan(
             stamp_ns, self._mounting, self._first, self._step, config.range_min_m, config.range_max_m, ranges
         )
+
+    def _shade(self, ranges: Array, x: float, y: float, radius: float, heading: float) -> None:
+        """Let a disc at a place relative to the sensor stop the beams that meet it."""
+        c, s = math.cos(heading), math.sin(heading)
+        ray_x, ray_y = c * self._ray_x - s * self._ray_y, s * self._ray_x + c * self._ray_y
+        ahead, aside = ray_x * x + ray_y * y, ray_x * y - ray_y * x
+        met = (np.abs(aside) < radius) & (ahead > 0.0)
+        near = ahead[met] - np.sqrt(radius * radius - aside[met] * aside[met])
+        ranges[met] = np.minimum(ranges[met], np.maximum(near, 0.0))
 
     def _first_hits(self, near: Walls, sensor: SE2) -> Array:
         """Return each beam's distance (m) to the first wall's face, +inf for none."""

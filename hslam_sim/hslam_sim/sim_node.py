@@ -32,6 +32,7 @@ from hslam_sim.base_configuration import BaseConfiguration
 from hslam_sim.battery import BatteryConfiguration
 from hslam_sim.landmark_sensor import LandmarkConfiguration
 from hslam_sim.lidar_configuration import LidarConfiguration
+from hslam_sim.passers_by import PassersByConfiguration
 from hslam_sim.run_configuration import RunConfiguration
 from hslam_sim.simulation import ClockConfiguration, SimStep, Simulation, SimulationConfiguration
 from hslam_sim.sonar_configuration import SonarConfiguration
@@ -109,6 +110,7 @@ class SimNode(Node):
             sonar=declare(self, SonarConfiguration, "sonar."),
             landmarks=declare(self, LandmarkConfiguration, "landmarks."),
             lidar=declare(self, LidarConfiguration, "lidar."),
+            people=declare(self, PassersByConfiguration, "people."),
             battery=declare(self, BatteryConfiguration, "battery."),
         )
 

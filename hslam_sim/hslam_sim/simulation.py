@@ -11,6 +11,7 @@ from hslam_sim.battery import BatteryConfiguration, charge_left, reported_voltag
 from hslam_sim.landmark_sensor import LandmarkConfiguration, LandmarkSensor
 from hslam_sim.lidar import Lidar
 from hslam_sim.lidar_configuration import LidarConfiguration
+from hslam_sim.passers_by import Disc, PassersBy, PassersByConfiguration
 from hslam_sim.scout_base import ScoutBase
 from hslam_sim.sonar import SonarSimulator
 from hslam_sim.sonar_configuration import SonarConfiguration
@@ -41,6 +42,7 @@ class SimulationConfiguration:
     landmarks: LandmarkConfiguration = dataclasses.field(default_factory=LandmarkConfiguration)
     lidar: LidarConfiguration = dataclasses.field(default_factory=LidarConfiguration)
     battery: BatteryConfiguration = dataclasses.field(default_factory=BatteryConfiguration)
+    people: PassersByConfiguration = dataclasses.field(default_factory=PassersByConfiguration)
 
     def noise_free(self) -> Self:
         """Return the same robot with perfect sensors, for tests that ask for it."""
@@ -81,6 +83,8 @@ class SimStep:
     """True pose of base_link in map."""
     collisions: int
     """How often the body has met a wall so far."""
+    discs: tuple[Disc, ...] = ()
+    """People and things that are on no plan."""
 
 
 class Simulation:
@@ -97,12 +101,15 @@ class Simulation:
         reach = max(SCOUT_RING.range_max_m + SCOUT_RING.mount_radius_m, config.landmarks.range_max_m)
         walls = WallIndex(segments, reach)
         bias, slip, sonar, landmarks, light = (np.random.default_rng([seed, stream]) for stream in range(5))
+        self.passers_by = PassersBy(walls, config.people, config.base.body_radius_m, np.random.default_rng([seed, 5]))
+        """People, and what a test puts down."""
         self._base = ScoutBase(world.start, walls, config.base, bias, slip)
         self._sonar = SonarSimulator(segments, walls, SCOUT_RING, config.sonar, sonar)
         self._landmarks = LandmarkSensor(world.landmarks, walls, config.landmarks, landmarks)
         self._lidar = Lidar(segments, config.lidar, light) if config.lidar.beams else None
         self._step_ns = round(config.clock.step_s * 1e9)
         self._ping_ns = round(config.sonar.ping_period_s * 1e9)
+        self._discs = self.passers_by.discs()
         self._steps = self._pings = 0
 
     @property
@@ -114,6 +121,8 @@ class Simulation:
         """Advance by one step under a command (None: no new one; the base stops when that lasts)."""
         began_ns = self.stamp_ns
         self._base.step(command, self._step_ns * 1e-9)
+        self.passers_by.step(self._step_ns * 1e-9, self._base.true_pose)
+        self._discs = self.passers_by.discs()
         self._steps += 1
         stamp_ns = self.stamp_ns
         base = self._base
@@ -124,12 +133,13 @@ class Simulation:
             odom=OdometrySample(stamp_ns, base.encoder_pose, base.velocity),
             sonar=SonarSweep(stamp_ns, SCOUT_RING, self._fire(began_ns, stamp_ns)),
             landmarks=self._landmarks.look(stamp_ns, base.true_pose) if look else None,
-            scan=self._lidar.scan(stamp_ns, base.true_pose) if self._lidar is not None else None,
+            scan=self._lidar.scan(stamp_ns, base.true_pose, self._discs) if self._lidar is not None else None,
             bumped=base.touching,
             battery=Battery(reported_voltage(self.config.battery, charge), charge),
             odometer_m=base.odometer_m,
             truth=base.true_pose,
             collisions=base.contacts,
+            discs=self._discs,
         )
 
     def _fire(self, began_ns: int, stamp_ns: int) -> tuple[SonarPing, ...]:
@@ -138,6 +148,6 @@ class Simulation:
         while (self._pings + 1) * self._ping_ns <= stamp_ns:
             due_ns = (self._pings + 1) * self._ping_ns
             pose = self._base.true_pose_at((due_ns - began_ns) * 1e-9)
-            pings.append(self._sonar.ping(self._pings, due_ns, pose))
+            pings.append(self._sonar.ping(self._pings, due_ns, pose, self._discs))
             self._pings += 1
         return tuple(pings)

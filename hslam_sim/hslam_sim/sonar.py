@@ -6,9 +6,11 @@ and from near, side lobes hear a near wall at normal incidence only.  The first 
 """
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
+from hslam_sim.passers_by import Disc
 from hslam_sim.point_index import PointIndex
 from hslam_sim.reflectors import find_reflectors
 from hslam_sim.sonar_configuration import SonarConfiguration
@@ -42,8 +44,11 @@ class SonarSimulator:
         self._fan_y = np.array([math.sin(a) for a in angles])
         self._cos_main, self._cos_side = math.cos(ring.cone_half_angle), math.cos(config.side_lobe_angle)
 
-    def ping(self, number: int, stamp_ns: int, base_in_map: SE2) -> SonarPing:
-        """Fire the ``number``-th ping (from 0) from a pose of base_link; every ping draws equally many numbers."""
+    def ping(self, number: int, stamp_ns: int, base_in_map: SE2, discs: Sequence[Disc] = ()) -> SonarPing:
+        """Fire the ``number``-th ping (from 0) from a pose of base_link; every ping draws equally many numbers.
+
+        ``discs`` answer besides the walls, from anywhere in the main lobe.
+        """
         sensor = SCOUT_FIRING_ORDER[number % len(SCOUT_FIRING_ORDER)]
         chance = self._rng.random(6).tolist()
         noise = float(self._rng.standard_normal())
@@ -51,6 +56,8 @@ class SonarSimulator:
         axis = base_in_map.theta + bearing
         x, y = base_in_map.x + mount * math.cos(axis), base_in_map.y + mount * math.sin(axis)
         echo = self._first_echo(x, y, axis, chance[0], chance[1], chance[2])
+        if discs:
+            echo = min(echo, self._disc_echo(x, y, axis, np.array(discs)))
         return SonarPing(sensor, stamp_ns, self._reading(echo, noise, chance[3], chance[4], chance[5]))
 
     def _reading(self, echo: float, noise: float, spurious: float, where: float, missing: float) -> float:
@@ -88,6 +95,15 @@ class SonarSimulator:
         if side < config.side_lobe_probability:
             echoes.append(self._side_echo(facing, x, y, axis, side))
         return min(echoes, default=math.inf)
+
+    def _disc_echo(self, x: float, y: float, axis: float, discs: Array) -> float:
+        """Return how far (m) the nearest of discs (n x 3: place, radius) is that the main lobe meets before any wall."""
+        off_x, off_y = discs[:, 0] - x, discs[:, 1] - y
+        away = np.maximum(np.hypot(off_x, off_y), 1e-9)
+        within = math.cos(axis) * off_x + math.sin(axis) * off_y > self._cos_main * away
+        walls, _ = self._walls.near(x, y).cast(x, y, off_x / away, off_y / away)
+        near = np.maximum(away - discs[:, 2], 0.0)
+        return float(near[within & (near < walls)].min(initial=math.inf))
 
     def _side_echo(self, facing: Walls, x: float, y: float, axis: float, side: float) -> float:
         """Return the distance (m) of the nearest wall met at normal incidence by a side lobe, +inf for none."""

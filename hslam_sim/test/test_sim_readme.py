@@ -8,6 +8,7 @@ from hslam_sim.base_configuration import BaseConfiguration
 from hslam_sim.battery import BatteryConfiguration
 from hslam_sim.landmark_sensor import LandmarkConfiguration
 from hslam_sim.lidar_configuration import LidarConfiguration
+from hslam_sim.passers_by import PassersByConfiguration
 from hslam_sim.run_configuration import RunConfiguration
 from hslam_sim.simulation import ClockConfiguration
 from hslam_sim.sonar_configuration import SonarConfiguration
@@ -23,6 +24,7 @@ TABLES: list[tuple[str, type[Configuration]]] = [
     ("landmarks.", LandmarkConfiguration),
     ("lidar.", LidarConfiguration),
     ("battery.", BatteryConfiguration),
+    ("people.", PassersByConfiguration),
 ]
 
 
