@@ -198,6 +198,8 @@ class GivenIdentity:
         back = to == node and (by == key or length_m < 1.5 * self.nodes[node].clearance_m)
         if back or by is None:
             self._fail()
+            if not back:
+                self._links[node, key] = to, length_m
         else:
             self._links[node, key] = to, length_m
             self._links.setdefault((to, by), (node, length_m))

@@ -97,7 +97,7 @@ class SonarSimulator:
         return min(echoes, default=math.inf)
 
     def _disc_echo(self, x: float, y: float, axis: float, discs: Array) -> float:
-        """Return how far (m) the nearest of discs (n x 3: place, radius) is that the main lobe meets before any wall."""
+        """Return how far (m) the nearest disc (n x 3: place, radius) is that the main lobe meets before a wall."""
         off_x, off_y = discs[:, 0] - x, discs[:, 1] - y
         away = np.maximum(np.hypot(off_x, off_y), 1e-9)
         within = math.cos(axis) * off_x + math.sin(axis) * off_y > self._cos_main * away
