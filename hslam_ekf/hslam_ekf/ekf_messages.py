@@ -5,12 +5,15 @@ from itertools import pairwise
 
 import numpy as np
 from geometry_msgs.msg import Point, PoseWithCovarianceStamped
+from hslam_msgs.msg import NodeStatus
 from std_msgs.msg import ColorRGBA, Header
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
 from hslam_ekf.landmark_filter import LandmarkFilter
 from hslam_ekf.motion_model import ROBOT
+from hslam_ekf.server import EkfOutput
+from hslam_ros import conversions
 from hslam_ros.conversions import edge_frame, header, yaw_to_quaternion
 from hslam_ros.transforms import transform_to_msg
 from hslam_types.se2 import SE2, Array
@@ -39,6 +42,15 @@ def pose_to_msg(stamp_ns: int, traversal: int, base_in_edge: SE2, covariance: Ar
 def odom_in_edge_to_msg(stamp_ns: int, traversal: int, base_in_edge: SE2, base_in_odom: SE2) -> TFMessage:
     """Return the transform edge -> odom that puts base_link where the filter has it."""
     return transform_to_msg(stamp_ns, edge_frame(traversal), "odom", base_in_edge @ base_in_odom.inverse())
+
+
+def place_to_status(base_in_odom: SE2, out: EkfOutput) -> NodeStatus:
+    """Return a status that says where the robot is after a step, and nothing else yet."""
+    status = NodeStatus(base_in_odom=conversions.pose_to_msg(base_in_odom))
+    if out.base_in_edge is not None:
+        status.tracked, status.traversal = True, out.traversal
+        status.base_in_edge = conversions.pose_to_msg(out.base_in_edge)
+    return status
 
 
 def map_to_msg(stamp_ns: int, traversal: int, ekf: LandmarkFilter, ellipse_scale: float) -> MarkerArray:

@@ -5,6 +5,7 @@ from functools import partial
 
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from hslam_msgs.msg import EdgeMap, FrameLink, GvgEvent, LandmarkObservations, NodeStatus
+from hslam_msgs.srv import MapSoFar
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from std_srvs.srv import Trigger
@@ -13,6 +14,7 @@ from visualization_msgs.msg import MarkerArray
 
 from hslam_ekf import ekf_messages
 from hslam_ekf.config import EkfConfig
+from hslam_ekf.map_so_far import map_so_far
 from hslam_ekf.noise_report import NoiseReport, standing
 from hslam_ekf.server import EkfOutput, EkfServer
 from hslam_ros import conversions
@@ -53,7 +55,7 @@ class EkfNode(Node):
     """Puts inputs in order of stamp, hands each cycle to the server, publishes what comes of it."""
 
     def __init__(self) -> None:
-        """Declare parameters, topics and the reset service; raises ConfigurationError on a bad parameter."""
+        """Declare parameters, topics and services; raises ConfigurationError on a bad parameter."""
         super().__init__("ekf")
         self._config = declare(self, EkfNodeConfig)
         self._ekf_config = declare(self, EkfConfig)
@@ -62,12 +64,13 @@ class EkfNode(Node):
         self._order = StepOrder(promised={"landmarks": CYCLE.depth, "events": EVENTS.depth}, hold_ns=hold_ns)
         self._continuity = Continuity()
         self._noise_report = NoiseReport()
-        self._outputs = 0
+        self._outputs = self._stamp_ns = 0
         self._next_pose_ns = self._next_map_ns = 0
         self._create_publishers()
         self._door = Door(self)
         self._create_subscriptions()
         self.create_service(Trigger, "~/reset", self._on_reset)
+        self.create_service(MapSoFar, "~/map_so_far", self._on_map_so_far)
 
     def _create_publishers(self) -> None:
         self._edge_maps = self.create_publisher(EdgeMap, "~/edge_maps", EVENTS)
@@ -123,9 +126,10 @@ class EkfNode(Node):
 
     def _step(self, cycle: Cycle) -> None:
         if cycle.skipped:
-            self._answer(cycle.stamp_ns, "blind")
+            self._answer(cycle.stamp_ns, "blind", NodeStatus())
             return
         odom: OdometrySample = cycle.clock
+        self._stamp_ns = odom.stamp_ns
         self._look_for_breaks(cycle)
         *late, view = cycle.inputs["landmarks"] or (None,)
         if late:
@@ -133,7 +137,7 @@ class EkfNode(Node):
         out = self._server.step(odom, view, cycle.inputs["events"])
         for line in self._noise_report.news(self._server.noise, self._server.innovations):
             self.get_logger().warning(line)
-        self._publish_maps(cycle.stamp_ns, out)
+        self._publish_maps(odom, out)
         self._publish_pose(odom, out)
         traversal = self._server.traversal
         if traversal is not None and cycle.stamp_ns >= self._next_map_ns:
@@ -155,17 +159,18 @@ class EkfNode(Node):
         self._server = EkfServer(self._ekf_config)
         self._next_pose_ns = self._next_map_ns = 0
 
-    def _publish_maps(self, stamp_ns: int, out: EkfOutput) -> None:
+    def _publish_maps(self, odom: OdometrySample, out: EkfOutput) -> None:
+        stamp_ns = odom.stamp_ns
         for edge_map in out.edge_maps:
             self._edge_maps.publish(conversions.edge_map_to_msg(edge_map, stamp_ns))
         for link in out.links:
             self._links.publish(conversions.link_to_msg(link, stamp_ns))
         self._outputs += len(out.edge_maps) + len(out.links)
         state = "waiting" if out.base_in_edge is None else "arrived" if out.arrived else "mapping"
-        self._answer(stamp_ns, state)
+        self._answer(stamp_ns, state, ekf_messages.place_to_status(odom.base_in_odom, out))
 
-    def _answer(self, stamp_ns: int, state: str) -> None:
-        status = NodeStatus(header=conversions.header(stamp_ns, ""), node=self.get_name(), outputs=self._outputs)
+    def _answer(self, stamp_ns: int, state: str, status: NodeStatus) -> None:
+        status.header, status.node, status.outputs = conversions.header(stamp_ns, ""), self.get_name(), self._outputs
         refused, server = self._door.report(), self._server
         status.state, status.detail = (
             state,
@@ -187,6 +192,9 @@ class EkfNode(Node):
         self._forget()
         response.success, response.message = True, "traversal and rotation bias forgotten"
         return response
+
+    def _on_map_so_far(self, request: MapSoFar.Request, response: MapSoFar.Response) -> MapSoFar.Response:
+        return map_so_far(self._server, self._stamp_ns, request, response)
 
 
 def main() -> None:

@@ -22,6 +22,8 @@ class Accessing:
     def __init__(self, situation: Situation) -> None:
         """Work on the situation shared by all states."""
         self._now = situation
+        self.way: float | None = None
+        """The direction to follow the GVG in (rad, odom), None for that of the robot."""
 
     def listen(self) -> Velocity:
         """Wait for a first full sweep before moving."""
@@ -47,9 +49,10 @@ class Accessing:
         return drive(now.pose, *access(near[0], now.pace(0.5)), config.turn_rad_s, backwards=backwards)
 
     def _accessed(self) -> Velocity:
-        """Announce the GVG and follow it the way that is nearer to the heading."""
+        """Announce the GVG and follow it the way that is nearer to the one asked for, else to the heading."""
         now = self._now
-        x, y, heading = now.pose
+        x, y, facing = now.pose
+        heading = facing if self.way is None else self.way
         ways = now.ways()
         free = now.obstructions.free(ways, now.pose, now.map.travel_m)
         now.heading = min(free or ways, key=lambda way: abs(wrap(way - heading)), default=heading)

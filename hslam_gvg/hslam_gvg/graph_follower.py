@@ -139,7 +139,7 @@ class GraphFollower:
             return ""
         self._traversal.give_up()
         if goal.kind is GoalKind.ACCESS:
-            self._driver.begin(Accessing(self._stamp_ns, self._around.turned))
+            self._driver.begin(Accessing(self._stamp_ns, self._around.turned, goal.heading_in_odom))
         elif goal.kind is GoalKind.STRAIGHT:
             self._driver.begin(GoingStraight(*self._around.in_map(goal.x_in_odom, goal.y_in_odom)))
         else:

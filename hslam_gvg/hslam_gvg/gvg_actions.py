@@ -26,7 +26,11 @@ class _Offer(NamedTuple):
 
 
 _OFFERS = {
-    "~/access": _Offer(AccessGvg, lambda _: GvgGoal(GoalKind.ACCESS), lambda gvg: {"clearance": gvg.room_m}),
+    "~/access": _Offer(
+        AccessGvg,
+        lambda goal: GvgGoal(GoalKind.ACCESS, heading_in_odom=goal.heading if goal.one_way else None),
+        lambda gvg: {"clearance": gvg.room_m},
+    ),
     "~/trace": _Offer(
         TraceEdge,
         lambda goal: GvgGoal(GoalKind.TRACE, branch=int(goal.branch)),

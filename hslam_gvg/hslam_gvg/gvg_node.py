@@ -16,6 +16,7 @@ from hslam_gvg.gvg_actions import GvgActions
 from hslam_gvg.level import CONFIGURATIONS, RING, Hearing, SourceConfig, gvg_level
 from hslam_gvg.local_map_message import local_map_to_msg
 from hslam_ros import conversions
+from hslam_ros.checks import LARGEST
 from hslam_ros.continuity import Continuity
 from hslam_ros.door import Door
 from hslam_ros.parameters import declare
@@ -26,6 +27,7 @@ from hslam_ros.stamps import NS_PER_S
 from hslam_ros.step_order import TIME, Cycle, StepOrder
 from hslam_types import gvg_events
 from hslam_types.config import Configuration, parameter
+from hslam_types.se2 import SE2
 from hslam_types.sensing import OdometrySample, RangeScan, SonarSweep, Velocity
 
 
@@ -56,6 +58,7 @@ class GvgNode(Node):
         self._continuity = Continuity()
         self._events_said = 0
         self._next_map_ns = 0
+        self._base_in_odom = SE2()
         self._command = self.create_publisher(TwistStamped, "cmd_vel", CYCLE)
         self._events = self.create_publisher(GvgEvent, "~/events", EVENTS)
         self._status = self.create_publisher(NodeStatus, "~/status", CYCLE)
@@ -105,6 +108,7 @@ class GvgNode(Node):
             self._answer(cycle.stamp_ns, Velocity(), (), "blind")
             return
         odom: OdometrySample = cycle.clock
+        self._base_in_odom = odom.base_in_odom
         broken = cycle.anew.get(TIME) or self._continuity.broken_by(odom)
         if broken:
             self.get_logger().warning(f"{broken}; lost, and the local map is forgotten")
@@ -124,6 +128,10 @@ class GvgNode(Node):
         self._events_said += len(events)
         status = NodeStatus(header=conversions.header(stamp_ns, ""), node=self.get_name(), outputs=self._events_said)
         status.state, status.detail = state, self._door.report()
+        status.clearance, status.base_in_odom = (
+            min(max(0.0, self._server.room_m), LARGEST),
+            conversions.pose_to_msg(self._base_in_odom),
+        )
         self._status.publish(status)
 
     def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:

@@ -144,7 +144,7 @@ class GvgServer:
             except GvgError as error:
                 return str(error)
         elif goal.kind is GoalKind.ACCESS:
-            now.node = None
+            now.node, self._accessing.way = None, goal.heading_in_odom
             now.enter(GvgState.LISTENING)
         elif goal.kind is GoalKind.STRAIGHT:
             self._straight.begin(goal.x_in_odom, goal.y_in_odom)

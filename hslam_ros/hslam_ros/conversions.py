@@ -12,7 +12,7 @@ import math
 from array import array
 
 import numpy as np
-from geometry_msgs.msg import Pose2D, PoseWithCovariance, Quaternion, Twist, TwistStamped, TwistWithCovariance
+from geometry_msgs.msg import Pose, Pose2D, PoseWithCovariance, Quaternion, Twist, TwistStamped, TwistWithCovariance
 from hslam_msgs.msg import EdgeMap as EdgeMapMsg
 from hslam_msgs.msg import FrameLink as FrameLinkMsg
 from hslam_msgs.msg import GvgEvent as GvgEventMsg
@@ -83,6 +83,12 @@ def pose_to_msg(pose: SE2) -> Pose2D:
 def pose_from_msg(msg: Pose2D, field: str = "pose") -> SE2:
     """Return a message's planar pose."""
     return SE2(number(msg.x, f"{field}.x"), number(msg.y, f"{field}.y"), number(msg.theta, f"{field}.theta"))
+
+
+def pose_in_plane(msg: Pose, field: str = "pose") -> SE2:
+    """Return what of a pose in space is in the plane of the floor."""
+    x, y = number(msg.position.x, f"{field}.position.x"), number(msg.position.y, f"{field}.position.y")
+    return SE2(x, y, rotation(msg.orientation, f"{field}.orientation"))
 
 
 def odometry_to_msg(sample: OdometrySample, parent: str = "odom", child: str = "base_link") -> Odometry:
@@ -306,7 +312,16 @@ def link_from_msg(msg: FrameLinkMsg) -> FrameLink:
 
 def answer_from_msg(msg: NodeStatus) -> Answer:
     """Return a node's answer to a cycle."""
-    return Answer(stamp(msg.header.stamp), msg.outputs, msg.finished)
+    return Answer(
+        stamp(msg.header.stamp),
+        msg.outputs,
+        msg.finished,
+        msg.state,
+        number(msg.clearance, "clearance", 0.0),
+        pose_from_msg(msg.base_in_odom, "base_in_odom"),
+        msg.traversal if msg.tracked else -1,
+        pose_from_msg(msg.base_in_edge, "base_in_edge") if msg.tracked else None,
+    )
 
 
 def edge_frame(traversal: int) -> str:

@@ -76,7 +76,7 @@ class GoalKind(IntEnum):
     """What the GVG level can be asked to do."""
 
     ACCESS = 1
-    """Reach the GVG from anywhere, then follow it to the first node."""
+    """Reach the GVG from anywhere, then follow it to the first node, one way or the other."""
     TRACE = 2
     """From a node: turn to a branch, depart, trace the edge to its other end."""
     STRAIGHT = 3
@@ -94,3 +94,5 @@ class GvgGoal:
     x_in_odom: float = math.inf
     """STRAIGHT: the target point (m).  Not NaN where there is none: goals are compared, and NaN equals nothing."""
     y_in_odom: float = math.inf
+    heading_in_odom: float | None = None
+    """ACCESS: the way along the GVG nearer to this is followed (rad); None: the one nearer to the robot's heading."""

@@ -43,6 +43,8 @@ class Accessing:
     since_ns: int
     turned: float
     """The odometer's angle when it began (rad)."""
+    way: float | None = None
+    """The direction to follow it in (rad, odom), None for that of the robot."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -42,7 +42,7 @@ def turn(doing: Turning, now: Now) -> Step:
 
 
 def access(doing: Accessing, now: Now) -> Step:
-    """Look round until there is a graph with a clear line to it; then follow it, the way the robot faces."""
+    """Look round until there is a graph with a clear line to it; then follow it, as asked or as the robot faces."""
     waited_s = now.since_s(doing.since_ns)
     if waited_s <= LISTENED_S:
         return Step(Velocity(), doing)
@@ -51,7 +51,8 @@ def access(doing: Accessing, now: Now) -> Step:
         return Step(to_side, doing)
     around = now.around
     around.look()
-    way = _way_in_reach(around.graph, now) if around.graph is not None else None
+    heading = around.pose.theta if doing.way is None else doing.way
+    way = _way_in_reach(around.graph, heading, now) if around.graph is not None else None
     if way is not None:
         now.traversal.access()
         now.handled.clear()
@@ -76,13 +77,13 @@ def go_straight(doing: GoingStraight, now: Now) -> Step:
     return Step(approach(doing.x, doing.y, around, now.config), doing)
 
 
-def _way_in_reach(graph: LocalGraph, now: Now) -> Way | None:
-    """Return a way from the nearest place of the graph that the body gets to straight.
+def _way_in_reach(graph: LocalGraph, heading: float, now: Now) -> Way | None:
+    """Return a way, the nearest to a heading, from the nearest place of the graph that the body gets to straight.
 
     There is such a place: away from the nearest obstacle the line to equidistance is clear (paper, access).
     """
     around = now.around
-    x, y, heading = around.pose
+    x, y, _ = around.pose
     paths = graph.paths()
     places = np.vstack([path for _, path in paths])
     owners = [(branch, index) for branch, path in paths for index in range(len(path))]
