@@ -23,12 +23,17 @@ class AtlasInUse:
         """
         self.server.save_rest()
         server = _server(self._config, AtlasStore(path, create=False))
-        if self.server.exploring:
-            server.explore()
-        else:
-            server.stop()
+        server.dispatch.begin("explore" if self.server.exploring else "none")
         self.server.store.close()
         self.server = server
+
+    def change(self, config: AtlasConfig) -> None:
+        """Go on with another mission, or another end of it."""
+        mission = self._config.mission
+        self._config = self.server.state.config = config
+        self.server.dispatch.return_home = config.return_home
+        if config.mission != mission:
+            self.server.dispatch.begin(config.mission)
 
     def close(self) -> None:
         """Save what could not be saved until now, and close the file; raises StoreError if it still cannot be."""

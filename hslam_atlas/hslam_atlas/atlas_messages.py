@@ -6,14 +6,15 @@ from std_msgs.msg import ColorRGBA
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
-from hslam_atlas.picture import edge_frame_in_map, traversal_in_map
+from hslam_atlas.picture import edge_frame_in_map
 from hslam_atlas.server import AtlasServer
 from hslam_ros.conversions import edge_frame, header, pose_to_msg
 from hslam_ros.transforms import transform_to_msg
 from hslam_types.gvg_events import NodeKind
 from hslam_types.se2 import SE2
 
-_MAP = "map"
+MAP = "map"
+_NOWHERE = "nowhere"
 _MEET = ColorRGBA(r=0.1, g=0.4, b=0.9, a=1.0)
 _BOUNDARY = ColorRGBA(r=0.9, g=0.4, b=0.1, a=1.0)
 _EDGE = ColorRGBA(r=0.3, g=0.3, b=0.3, a=1.0)
@@ -24,7 +25,7 @@ def atlas_to_msg(server: AtlasServer, poses: dict[int, SE2], stamp_ns: int) -> A
     """Return the graph with every node that can be placed in ``map``; ``poses`` are theirs (`node_poses`)."""
     graph = server.state.graph
     slots = {node_id: node.slots() for node_id, node in graph.nodes.items()}
-    msg = Atlas(header=header(stamp_ns, _MAP), closures=server.state.closures, hypotheses=len(server.questions.open))
+    msg = Atlas(header=header(stamp_ns, MAP), closures=server.state.closures, hypotheses=len(server.questions.open))
     for node_id, pose in poses.items():
         node = graph.nodes[node_id]
         msg.nodes.append(
@@ -55,8 +56,16 @@ def atlas_to_msg(server: AtlasServer, poses: dict[int, SE2], stamp_ns: int) -> A
 
 def edge_in_map_to_msg(server: AtlasServer, poses: dict[int, SE2], stamp_ns: int) -> TFMessage | None:
     """Return the transform map -> edge of the frame the robot is tracked in, None where that cannot be placed."""
-    placed = traversal_in_map(server.mapper, poses)
-    return None if placed is None else transform_to_msg(stamp_ns, _MAP, edge_frame(placed[0]), placed[1])
+    tracked = server.dispatch.tracked()
+    if tracked is None or tracked[1] not in poses:
+        return None
+    traversal, node, frame_in_node = tracked
+    return transform_to_msg(stamp_ns, MAP, edge_frame(traversal), poses[node] @ frame_in_node)
+
+
+def edge_nowhere_to_msg(traversal: int, stamp_ns: int) -> TFMessage:
+    """Return the transform that takes a frame out of `map`: while nobody knows where the robot is, none leads there."""
+    return transform_to_msg(stamp_ns, _NOWHERE, edge_frame(traversal), SE2())
 
 
 def atlas_to_markers(server: AtlasServer, poses: dict[int, SE2], stamp_ns: int) -> MarkerArray:
@@ -79,7 +88,7 @@ def atlas_to_markers(server: AtlasServer, poses: dict[int, SE2], stamp_ns: int) 
 
 
 def _marker(stamp_ns: int, namespace: str, kind: int, size_m: float, colour: ColorRGBA) -> Marker:
-    marker = Marker(header=header(stamp_ns, _MAP), ns=namespace, type=kind, action=Marker.ADD, color=colour)
+    marker = Marker(header=header(stamp_ns, MAP), ns=namespace, type=kind, action=Marker.ADD, color=colour)
     marker.pose.orientation.w = 1.0
     marker.scale.x = marker.scale.y = marker.scale.z = size_m
     return marker

@@ -1,10 +1,12 @@
 """The atlas as a node: hears events, edge-maps and links, says the graph, and drives the exploration."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
 
+from diagnostic_msgs.msg import DiagnosticArray
 from hslam_msgs.msg import EdgeMap, FrameLink, GvgEvent, NodeStatus
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
@@ -13,13 +15,16 @@ from rclpy.node import Node
 from hslam_atlas.atlas_in_use import AtlasInUse
 from hslam_atlas.atlas_picture import AtlasPicture
 from hslam_atlas.atlas_services import AtlasServices
+from hslam_atlas.atlas_status import status_of, whereabouts_to_msg
 from hslam_atlas.config import AtlasConfig
-from hslam_atlas.explore_action import ExploreAction, out_of_reach
+from hslam_atlas.errand_topics import ErrandTopics
 from hslam_atlas.gvg_client import GvgClient
+from hslam_atlas.mission_actions import MissionActions, out_of_reach
+from hslam_atlas.robot_sense import RobotSense, unmapped
 from hslam_atlas.server import AtlasOutput, AtlasServer
 from hslam_ros import conversions
 from hslam_ros.door import Door, stamped
-from hslam_ros.parameters import declare
+from hslam_ros.parameters import declare, follow
 from hslam_ros.qos import CYCLE, EVENTS
 from hslam_ros.spin import run
 from hslam_ros.stamps import NS_PER_S
@@ -27,7 +32,11 @@ from hslam_ros.step_order import TIME, Cycle, StepOrder
 from hslam_types import edge_map, gvg_events
 from hslam_types.answer import Answer
 from hslam_types.config import Configuration, parameter
+from hslam_types.se2 import SE2
 
+Events = tuple[gvg_events.GvgEvent, ...]
+Maps = tuple[edge_map.EdgeMap, ...]
+Links = tuple[edge_map.FrameLink, ...]
 _SAVE_AGAIN_S = 1.0
 """How often it is tried again to write an atlas that could not be written."""
 
@@ -60,14 +69,17 @@ class AtlasNode(Node):
         self._door = Door(self)
         self._cycles: list[Cycle] = []
         self._deciding = False
-        self._outputs = 0
+        self._outputs = self._stamp_ns = 0
         self._gvg = GvgClient(self, self._config.gvg)
+        self._sense = RobotSense(self, self._config.ekf)
         self._create_topics()
         self._picture = AtlasPicture(self, self._in_use)
-        self._asked = AtlasServices(self, self._in_use, self._picture.show_other_graph)
-        self._explore = ExploreAction(self, lambda: self._server)
+        self._asked = AtlasServices(self, self._in_use, self._picture.show_other_graph, self._base_in_map)
+        self._actions = MissionActions(self, lambda: self._server, self._base_in_map)
+        self._errands = ErrandTopics(self, self._door, lambda: self._server, self._actions.supersede)
+        follow(self, AtlasConfig, atlas_config, self._on_config)
         self._unsaved: str | None = None
-        self.create_timer(_SAVE_AGAIN_S, self._save_again, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self.create_timer(_SAVE_AGAIN_S, self._look_after, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     @property
     def _server(self) -> AtlasServer:
@@ -80,6 +92,7 @@ class AtlasNode(Node):
     def _create_topics(self) -> None:
         gvg, ekf = self._config.gvg, self._config.ekf
         self._status = self.create_publisher(NodeStatus, "~/status", CYCLE)
+        self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
         for kind, topic, convert, stream in (
             (GvgEvent, f"{gvg}/events", conversions.event_from_msg, "events"),
             (EdgeMap, f"{ekf}/edge_maps", conversions.edge_map_from_msg, "maps"),
@@ -99,11 +112,13 @@ class AtlasNode(Node):
         self._work()
 
     def _on_gvg_answer(self, answer: Answer) -> None:
+        self._sense.hear_gvg(answer)
         self._order.promise("events", answer.stamp_ns, answer.outputs)
         self._order.tick(answer.stamp_ns)  # GVG's answer to a cycle opens the atlas's
         self._work()
 
     def _on_ekf_answer(self, answer: Answer) -> None:
+        self._sense.hear_ekf(answer)
         self._order.promise("maps", answer.stamp_ns, answer.outputs)
         self._work()
 
@@ -117,25 +132,39 @@ class AtlasNode(Node):
             self.get_logger().warning(f"{stream}: {what}")
         if cycle.anew.keys() & {TIME, "events"}:
             self._server.lose()
-        events: tuple[gvg_events.GvgEvent, ...] = cycle.inputs["events"]
+        events: Events = cycle.inputs["events"]
         maps = tuple(item for item in cycle.inputs["maps"] if isinstance(item, edge_map.EdgeMap))
         links = tuple(item for item in cycle.inputs["maps"] if isinstance(item, edge_map.FrameLink))
-        out = self._server.step(events, maps, links)
+        arrival = unmapped(events, maps) if self._server.dispatch.locator is not None else None
+        if arrival is None:
+            self._decide(cycle.stamp_ns, events, maps, links)
+            return
+        self._deciding = True  # what was seen on the way there says where it is
+        self._sense.wait_for_map(
+            arrival, lambda: self._go_on(partial(self._decide, cycle.stamp_ns, events, maps, links))
+        )
+
+    def _go_on(self, deferred: Callable[[], None]) -> None:
+        self._deciding = False
+        deferred()
+        self._work()
+
+    def _decide(self, stamp_ns: int, events: Events, maps: Maps, links: Links) -> None:
+        sense = self._sense.at(stamp_ns)
+        out = self._server.step(events, maps, links, sense)
         self._tell_of_saving()
         if out.changed:
-            self._picture.show_graph(cycle.stamp_ns)
+            self._picture.show_graph(stamp_ns)
         if events:
-            self._picture.show_frame(cycle.stamp_ns)
+            self._picture.show_frame(sense.traversal, stamp_ns)
         if out.goal is None:
-            self._answer(cycle.stamp_ns, out)
+            self._answer(stamp_ns, out)
             return
         if out.finished and self._server.unexplored:
             self.get_logger().warning(f"exploration ends, {out_of_reach(self._server.unexplored)}")
         # The cycle is answered once the goal is taken: in lock-step the cycle that begins it must not come before.
         self._deciding = True
-        self._gvg.send(
-            out.goal, cycle.stamp_ns, lambda accepted: self._on_goal_answer(cycle.stamp_ns, out, accepted=accepted)
-        )
+        self._gvg.send(out.goal, stamp_ns, lambda accepted: self._on_goal_answer(stamp_ns, out, accepted=accepted))
 
     def _on_goal_answer(self, stamp_ns: int, out: AtlasOutput, *, accepted: bool) -> None:
         if not accepted:
@@ -147,23 +176,24 @@ class AtlasNode(Node):
         self._work()
 
     def _answer(self, stamp_ns: int, out: AtlasOutput) -> None:
-        graph = self._server.state.graph
-        status = NodeStatus(header=conversions.header(stamp_ns, ""), node=self.get_name(), outputs=self._outputs)
-        left = self._server.unexplored
-        status.detail = f"{len(graph.nodes)} nodes, {len(graph.edges)} edges, {left} unexplored"
-        if out.finished:
-            status.state = "stopped" if left else "explored"
-            status.detail += " and out of reach" if left else ""
-        else:
-            status.state = "exploring" if self._server.exploring else "mapping"
-        if self._server.unsaved is not None:
-            status.detail += f", not saved: {self._server.unsaved}"
-        status.finished = out.finished
+        status = status_of(self._server, out, stamp_ns)
+        status.node, status.outputs = self.get_name(), self._outputs
         status.detail += f"; {self._door.report()}" if self._door.refused else ""
         self._status.publish(status)
-        self._explore.after_step(out)
+        self._stamp_ns = stamp_ns
+        self._actions.after_step(out, stamp_ns)
 
-    def _save_again(self) -> None:
+    def _base_in_map(self) -> SE2 | None:
+        return self._server.dispatch.base_in_map()
+
+    def _on_config(self, config: AtlasConfig) -> None:
+        self._actions.supersede()
+        self._in_use.change(config)
+
+    def _look_after(self) -> None:
+        """Do what is due now and then: save what could not be, say whether the robot's place is known."""
+        self._sense.look()
+        self._diagnostics.publish(whereabouts_to_msg(self._server, self._stamp_ns))
         if self._server.unsaved is not None:
             self._server.try_to_save()
         self._tell_of_saving()

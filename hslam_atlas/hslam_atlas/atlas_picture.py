@@ -8,7 +8,7 @@ from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
 from hslam_atlas.atlas_in_use import AtlasInUse
-from hslam_atlas.atlas_messages import atlas_to_markers, atlas_to_msg, edge_in_map_to_msg
+from hslam_atlas.atlas_messages import atlas_to_markers, atlas_to_msg, edge_in_map_to_msg, edge_nowhere_to_msg
 from hslam_atlas.picture import node_poses
 from hslam_ros.qos import LATCHED
 from hslam_types.se2 import SE2
@@ -28,7 +28,7 @@ class AtlasPicture:
         self._tf = node.create_publisher(TFMessage, "/tf_static", LATCHED)  # holds from one event to the next
         self._poses: dict[int, SE2] = {}  # the nodes' in map, composed when the atlas changes
         self._stamp_ns = 0
-        self._drawn = False
+        self._drawn = self._shown = False
         node.create_timer(_LOOK_S, self._draw, clock=Clock(clock_type=ClockType.STEADY_TIME))
         if atlas.server.state.graph.nodes:
             self.show_graph(0)
@@ -42,11 +42,18 @@ class AtlasPicture:
         """Publish the graph of another atlas that has taken the place of the last."""
         self.show_graph(self._stamp_ns)
 
-    def show_frame(self, stamp_ns: int) -> None:
-        """Publish where the frame lies that the robot is tracked in, if that is known."""
+    def show_frame(self, traversal: int, stamp_ns: int) -> None:
+        """Publish where the frame lies that the robot is tracked in; where that is not known, that it lies nowhere.
+
+        ``traversal``: whose frame that is, -1 without one.
+        """
         transform = edge_in_map_to_msg(self._in_use.server, self._poses, stamp_ns)
         if transform is not None:
             self._tf.publish(transform)
+            self._shown = True
+        elif self._shown and traversal >= 0:  # it was, and latched: whoever looks must not go on believing it
+            self._tf.publish(edge_nowhere_to_msg(traversal, stamp_ns))
+            self._shown = False
 
     def _draw(self) -> None:
         if not self._drawn and self._markers.get_subscription_count():

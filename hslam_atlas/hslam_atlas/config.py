@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from hslam_types.config import Configuration, parameter
 from hslam_types.errors import ConfigurationError
 
-MISSIONS = ("explore", "none")
+MISSIONS = ("explore", "localise", "none")
 
 
 @dataclass(frozen=True)
@@ -14,7 +14,16 @@ class AtlasConfig(Configuration):
     """Parameters of the atlas; standard deviations unless said otherwise, evidence in nats (natural logarithms)."""
 
     mission: str = parameter(
-        "explore", "'explore' drives until no edge is unexplored, 'none' only maps what is driven."
+        "explore",
+        "'explore' drives until no edge is unexplored, in an atlas taken up once the robot is found; "
+        "'localise' finds the robot and changes nothing; 'none' only maps what is driven.",
+        changeable=True,
+    )
+    return_home: bool = parameter(
+        False, "After exploring, go back to the oldest node; failing to is a warning.", changeable=True
+    )
+    localise_drives: int = parameter(
+        20, "Drives from node to node after which a robot that is not found is given up.", low=1, high=1000
     )
     origin_repeat_m: float = parameter(
         0.06, "Repeatability of a meet point between visits.", low=0.001, high=1.0, unit="m"

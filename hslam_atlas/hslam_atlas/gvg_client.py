@@ -76,7 +76,8 @@ def _to_msg(goal: GvgGoal, decided_ns: int) -> Any:
     if goal.kind is GoalKind.STRAIGHT:
         target = Point(x=goal.x_in_odom, y=goal.y_in_odom)
         return DriveStraight.Goal(target=target, decided=decided)
-    return AccessGvg.Goal(decided=decided)
+    way = goal.heading_in_odom
+    return AccessGvg.Goal(decided=decided, one_way=way is not None, heading=way or 0.0)
 
 
 def _accepted(future: Future) -> bool:

@@ -1,6 +1,7 @@
 """Build the graph from what happens: departures, arrivals, edge-maps, links."""
 
 import math
+from dataclasses import replace
 
 from hslam_atlas.chain import chained
 from hslam_atlas.graph import EdgeEnd, Node
@@ -28,6 +29,13 @@ class Mapper:
         self.here: Here | None = None
         self.underway: Underway | None = None
         self._lost_from: Underway | None = None
+        self.visits = 0
+        """Arrivals entered."""
+
+    @property
+    def knows_the_place(self) -> bool:
+        """Whether the robot is at a node of the atlas, or on its way from one."""
+        return self.here is not None or self.underway is not None
 
     def depart(self, event: GvgEvent, frame_link: FrameLink | None) -> None:
         """Note where a traversal starts: by the link from the last edge-map if there is one, else by the view."""
@@ -85,6 +93,19 @@ class Mapper:
                 self.state.graph.remove_node(node_id)
                 self.questions.forget(node_id)
         self.state.loosened.clear()
+
+    def take_over(self, node: int, sight_in_node: UncertainPose, edge_map: EdgeMap, arrival: GvgEvent) -> None:
+        """Be told where an arrival was by who has followed the robot meanwhile: nothing but the visit is entered.
+
+        ``edge_map``: of what was seen on the way there, whole or not.
+        """
+        self.underway = self._lost_from = None
+        self._stand(node, sight_of(arrival, edge_map), sight_in_node, edge_map, arrival)
+
+    def track(self, traversal: int, frame_in_node: UncertainPose) -> None:
+        """Be told in which frame the robot is tracked at the node it stands at."""
+        if self.here is not None:
+            self.here = replace(self.here, traversal=traversal, edge_in_node=frame_in_node)
 
     def be_told(self, node: int) -> bool:
         """Take someone's word that this node is another one that it was suspected to be; False if that contradicts."""
@@ -234,6 +255,7 @@ class Mapper:
         *, new: bool = False,
     ) -> None:  # fmt: skip
         """Note where the robot is, and what the visit says of the node's branches."""
+        self.visits += 1
         node = self.state.graph.nodes[node_id]
         keys = tuple(range(len(sight.bearings))) if new else observe(node, sight, sight_in_node.pose, self.state.config)
         node.visits.append((event.sequence, event.stamp_ns))

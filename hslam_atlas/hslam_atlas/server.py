@@ -5,12 +5,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hslam_atlas.config import AtlasConfig
+from hslam_atlas.dispatch import Dispatch
 from hslam_atlas.errors import StoreError
 from hslam_atlas.explore import unexplored
 from hslam_atlas.look_alikes import LookAlikes
 from hslam_atlas.mapper import Mapper
-from hslam_atlas.missions.explore import Explore
-from hslam_atlas.missions.mission import Decision, Happened, Mission
+from hslam_atlas.missions.mission import Happened, Sense
+from hslam_atlas.numbering import Numbering
 from hslam_atlas.questions import Questions
 from hslam_atlas.state import AtlasState
 from hslam_atlas.store import AtlasStore
@@ -44,48 +45,52 @@ class AtlasServer:
         self.questions = Questions(self.state.look_alikes)
         self.questions.open = doubts
         self.mapper = Mapper(self.state, self.questions)
-        self.mission: Mission | None = None
-        if config.mission == "explore":
-            self.explore()
+        self._numbering = Numbering(graph)
+        self.dispatch = Dispatch(self.state, self.questions, self.mapper, self._numbering)
         self.unexplored = unexplored(graph)
         """How many branches are left to explore, counted when the atlas changes: that takes a look at every node."""
         self.unsaved: str | None = None
         """Why the newest of the atlas is not in its file yet, None where it is."""
+        self.dispatch.begin(config.mission)
 
     @property
     def exploring(self) -> bool:
         """Whether the mission is to explore."""
-        return isinstance(self.mission, Explore)
+        return self.dispatch.exploring
 
     def explore(self) -> None:
         """Take up the mission to explore, from the next step on; no news where that is the mission already."""
-        if not self.exploring:
-            self.mission = Explore(self.state, self.questions, self.mapper)
+        self.dispatch.explore()
 
     def stop(self) -> None:
         """Give up the mission; the traversal under way is driven to its end."""
-        self.mission = None
+        self.dispatch.stop()
 
     def refused(self) -> None:
         """Be told that the GVG level did not take the goal: the robot is not where it was thought to be."""
-        self.mapper.here = None
-        if self.mission is not None:
-            self.mission.refused()
+        self.dispatch.refused()
 
     def lose(self) -> None:
         """Be told that what is under way will not be announced to its end: where the robot is has to show."""
-        self.mapper.lose()
-        self.refused()
+        self.dispatch.lose()
 
     def step(
-        self, events: tuple[GvgEvent, ...], edge_maps: tuple[EdgeMap, ...], links: tuple[FrameLink, ...]
+        self,
+        events: tuple[GvgEvent, ...],
+        edge_maps: tuple[EdgeMap, ...],
+        links: tuple[FrameLink, ...],
+        sense: Sense | None = None,
     ) -> AtlasOutput:
-        """Take one cycle: enter what happened, then decide if the robot waits for a goal."""
-        changed = False
-        for event in events:
-            changed |= self._enter(event, edge_maps, links)
-        happened = Happened(events, edge_maps, links)
-        decision = Decision() if self.mission is None else self.mission.step(happened)
+        """Take one cycle: enter what happened, unless the atlas is only used; decide if the robot waits for a goal.
+
+        ``sense`` is needed by missions that use the atlas.
+        """
+        changed, visits = False, self.mapper.visits
+        if self.dispatch.locator is None:
+            for event in events:
+                changed |= self._enter(event, edge_maps, links)
+        decision = self.dispatch.step(Happened(events, edge_maps, links, sense or Sense()))
+        changed |= self.mapper.visits != visits
         if changed:
             self.unexplored = unexplored(self.state.graph)
             self.try_to_save()
@@ -127,6 +132,9 @@ class AtlasServer:
 
     def _enter(self, event: GvgEvent, edge_maps: tuple[EdgeMap, ...], links: tuple[FrameLink, ...]) -> bool:
         """Enter one event; return whether the atlas has changed."""
+        event = self._numbering.event(event)
+        edge_maps = tuple(self._numbering.edge_map(m) for m in edge_maps)
+        links = tuple(self._numbering.link(link) for link in links)
         begins = event.kind in (EventKind.ACCESS, EventKind.DEPARTURE)
         # What is under way when another traversal begins has ended without a word.
         broken_off = begins and self.mapper.underway is not None

@@ -15,9 +15,19 @@ from typing import Self
 
 from hslam_atlas.errors import ContentError, StoreError
 from hslam_atlas.graph import AtlasGraph
+from hslam_atlas.missions.destination import Destination
+from hslam_atlas.places import to_json
 from hslam_atlas.questions import Question
 from hslam_atlas.schema import TABLES, VERSION
-from hslam_atlas.store_content import check_tables, read_counts, read_graph, read_map, read_meta, read_questions
+from hslam_atlas.store_content import (
+    check_tables,
+    read_counts,
+    read_graph,
+    read_map,
+    read_meta,
+    read_places,
+    read_questions,
+)
 from hslam_atlas.store_file import beside, close_whole, connect_to_read, connect_to_write, transaction
 from hslam_atlas.store_rows import write_graph, write_maps, write_questions
 from hslam_atlas.stored_maps import StoredMaps
@@ -141,6 +151,18 @@ class AtlasStore(StoredMaps):
         """Return the counts last saved, empty for a new atlas."""
         with self._told("cannot be read"):
             return read_counts(self._db)
+
+    def places(self) -> dict[str, Destination]:
+        """Return the places that have a name."""
+        with self._told("cannot be read"):
+            return read_places(self._db)
+
+    def save_places(self, places: Mapping[str, Destination]) -> None:
+        """Write the places that have a name, in place of those before; raises StoreError."""
+        with self._told("cannot be written"):
+            self._open_to_write()
+            with transaction(self._db):
+                self._set_meta("places", json.dumps(to_json(places)))
 
     def save_as(self, path: Path) -> None:
         """Write a copy of what was saved, in place of what is there; raises StoreError if that cannot be."""

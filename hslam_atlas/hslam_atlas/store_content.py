@@ -9,6 +9,8 @@ from collections.abc import Iterable
 from hslam_atlas import edge_map_blob
 from hslam_atlas.errors import ContentError
 from hslam_atlas.graph import AtlasGraph, Branch, Edge, EdgeEnd, Link, Node
+from hslam_atlas.missions.destination import Destination
+from hslam_atlas.places import from_json
 from hslam_atlas.questions import Question
 from hslam_atlas.table_row import LAST_NUMBER, TableRow, is_count, layout, layouts, rows
 from hslam_types.edge_map import EdgeMap
@@ -84,6 +86,17 @@ def read_counts(db: sqlite3.Connection) -> dict[str, int]:
     if not isinstance(counts, dict) or not all(is_count(count) for count in counts.values()):
         raise row.broken("value", "is no set of counts")
     return counts
+
+
+def read_places(db: sqlite3.Connection) -> dict[str, Destination]:
+    """Return the places that have a name; raises ContentError."""
+    row = read_meta(db, "places")
+    if row is None:
+        return {}
+    places = from_json(row.from_json("value"))
+    if places is None:
+        raise row.broken("value", "is no set of named places")
+    return places
 
 
 def read_meta(db: sqlite3.Connection, key: str) -> TableRow | None:

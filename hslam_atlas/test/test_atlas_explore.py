@@ -43,7 +43,7 @@ def test_slots_leave_out_what_was_given_up_unless_it_carries_an_edge() -> None:
 
 
 def test_a_mission_that_does_not_exist_is_refused() -> None:
-    with pytest.raises(ConfigurationError, match="one of explore, none, not 'fly'"):
+    with pytest.raises(ConfigurationError, match="one of explore, localise, none, not 'fly'"):
         AtlasConfig(mission="fly")
 
 

@@ -231,7 +231,7 @@ def test_a_second_client_takes_the_place_of_the_first_and_may_stop_the_explorati
         pair.cycle(step.stamp_ns, step)
     assert pair.result_of(second).status == GoalStatus.STATUS_CANCELED
     assert len(pair.rest.goals) == 1
-    assert pair.rest.statuses[-1].state == "mapping"
+    assert pair.rest.statuses[-1].state == "stopped"
 
 
 def test_a_refused_goal_does_not_end_the_mission(staged: Staged) -> None:
@@ -275,7 +275,7 @@ def test_what_is_out_of_reach_is_told_at_the_end(staged: Staged) -> None:
     assert not answer.result.success
     assert answer.result.message == "unexplored branches left out of reach: 1"
     status = pair.rest.statuses[-1]
-    assert (status.finished, status.state) == (True, "stopped")
+    assert (status.finished, status.state) == (False, "stopped")  # whoever asked is told; the run goes on
     assert status.detail == "1 nodes, 0 edges, 1 unexplored and out of reach"
 
 

@@ -37,7 +37,8 @@ class Onlooker:
         for kind, subscription in self._subscriptions.items():
             with subscription.handle:
                 while (taken := subscription.handle.take_message(kind, False)) is not None:
-                    self._newest[kind] = taken[0]
+                    if kind is not DiagnosticArray or _is_of_a_base(taken[0]):
+                        self._newest[kind] = taken[0]
         health: DiagnosticArray | None = self._newest.get(DiagnosticArray)
         if health is None:
             return None
@@ -50,6 +51,10 @@ class Onlooker:
         """Stop following."""
         self._node.destroy_node()
         self._context.try_shutdown()
+
+
+def _is_of_a_base(health: DiagnosticArray) -> bool:
+    return any(pair.key == ODOMETER for status in health.status for pair in status.values)
 
 
 def _odometer_m(health: DiagnosticArray) -> float:

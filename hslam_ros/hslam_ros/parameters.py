@@ -1,10 +1,13 @@
 """ROS parameters from configuration dataclasses: declared in one loop, with meaning, unit and range."""
 
+import dataclasses
 import math
+from collections.abc import Callable
 from typing import Any, TypeVar
 
-from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
 from rclpy.node import Node
+from rclpy.parameter import Parameter as RosParameter
 
 from hslam_types.config import Configuration, Parameter, check
 from hslam_types.errors import ConfigurationError
@@ -16,7 +19,7 @@ def declare(node: Node, config_type: type[C], prefix: str = "") -> C:
     """Declare every parameter of ``config_type`` on the node and return the configuration it was started with.
 
     ``prefix`` (such as "sonar.") groups the parameters of one component. Raises ConfigurationError on a
-    value of the wrong type or out of range. The parameters are read-only: a component is configured once.
+    value of the wrong type or out of range. The parameters are read-only, but for the changeable ones: see `follow`.
     """
     given, values = _given(node), {}
     for entry in config_type.parameters():
@@ -28,6 +31,29 @@ def declare(node: Node, config_type: type[C], prefix: str = "") -> C:
         node.declare_parameter(name, value, _descriptor(entry), ignore_override=True)
         values[entry.name] = value
     return config_type(**values)
+
+
+def follow(node: Node, config_type: type[C], started_with: C, take: Callable[[C], None]) -> None:
+    """Hand over the configuration each time a changeable parameter of it is set; what is out of range is refused.
+
+    ``take`` may refuse a configuration by a ConfigurationError, too.
+    """
+    newest = [started_with]
+
+    def on_set(parameters: list[RosParameter]) -> SetParametersResult:
+        changed = {parameter.name: parameter.value for parameter in parameters if parameter.name in names}
+        if not changed:
+            return SetParametersResult(successful=True)
+        try:
+            config = dataclasses.replace(newest[0], **changed)
+            take(config)
+        except ConfigurationError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        newest[0] = config
+        return SetParametersResult(successful=True)
+
+    names = {entry.name for entry in config_type.parameters() if entry.changeable}
+    node.add_on_set_parameters_callback(on_set)
 
 
 def refuse_unknown(node: Node) -> None:
@@ -49,7 +75,7 @@ def _given(node: Node) -> dict[str, Any]:
 
 def _descriptor(entry: Parameter) -> ParameterDescriptor:
     unit = f" [{entry.unit}]" if entry.unit else ""
-    descriptor = ParameterDescriptor(description=entry.meaning + unit, read_only=True)
+    descriptor = ParameterDescriptor(description=entry.meaning + unit, read_only=not entry.changeable)
     if math.isfinite(entry.low) and math.isfinite(entry.high):
         if isinstance(entry.default, float):
             descriptor.floating_point_range = [

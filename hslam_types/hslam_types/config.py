@@ -21,6 +21,8 @@ class Parameter(NamedTuple):
     high: float
     unit: str
     meaning: str
+    changeable: bool = False
+    """Whether it may be set anew while the node runs."""
 
 
 def parameter(
@@ -30,9 +32,11 @@ def parameter(
     low: float = -math.inf,
     high: float = math.inf,
     unit: str = "",
+    changeable: bool = False,
 ) -> Any:
     """Declare a field of a `Configuration` with its default, inclusive range, SI unit and meaning (with its source)."""
-    return dataclasses.field(default=default, metadata={"low": low, "high": high, "unit": unit, "meaning": meaning})
+    about = {"low": low, "high": high, "unit": unit, "meaning": meaning, "changeable": changeable}
+    return dataclasses.field(default=default, metadata=about)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -49,7 +53,9 @@ class Configuration:
         """Yield every parameter in order of declaration."""
         for field in dataclasses.fields(cls):
             about, default = field.metadata, cast("bool | int | float | str", field.default)
-            yield Parameter(field.name, default, about["low"], about["high"], about["unit"], about["meaning"])
+            yield Parameter(
+                field.name, default, about["low"], about["high"], about["unit"], about["meaning"], about["changeable"]
+            )
 
     @classmethod
     def from_mapping(cls, values: Mapping[str, Any]) -> Self:

@@ -22,7 +22,7 @@ from hslam_types.edge_map import EdgeMap, FrameLink
 from hslam_types.gvg_events import EventKind, GvgEvent, NodeKind
 from hslam_types.se2 import SE2
 
-_MOST = 30.0
+MOST = 30.0
 """No belief is stronger (nats): a robot may be carried away."""
 _KEPT = -3.0
 """Places with less evidence are dropped."""
@@ -33,17 +33,17 @@ _ODOM_STD_M, _ODOM_HEADING_STD = 0.15, math.radians(4.0)
 class Locator:
     """Takes cycle by cycle what happened, and knows what speaks for which place."""
 
-    def __init__(self, state: AtlasState, hint: tuple[int, SE2] | None = None) -> None:
-        """Begin lost; a hint (node, and the pose of odom in its frame) is believed once a drive confirms it."""
+    def __init__(self, state: AtlasState) -> None:
+        """Begin lost."""
         self._state = state
         self.places: list[Place] = []
         self._last = Sense()
+        self.arrived: tuple[GvgEvent, EdgeMap] | None = None
+        """At a node: the last arrival and the map of the way that led to it, maybe from somewhere on an edge."""
+        self.whole = True
+        """Whether that way began at a node."""
         self.blocked: int | None = None
         """The edge that the last drive found blocked."""
-        if hint is not None:
-            node, odom_in_node = hint
-            frame = UncertainPose.diagonal(odom_in_node, 0.5, math.radians(10.0))
-            self.places = [Place(node, frame, ODOM, 0.5 * state.config.close_evidence)]
 
     @property
     def certain(self) -> Place | None:
@@ -53,6 +53,7 @@ class Locator:
     def hear(self, happened: Happened) -> None:
         """Take one cycle."""
         for event in happened.events:
+            self.arrived = None
             if event.kind is EventKind.DEPARTURE:
                 link = next((link for link in happened.links if link.departure == event.sequence), None)
                 self.places = [self._departed(place, event, link) for place in self.places]
@@ -65,18 +66,26 @@ class Locator:
                 self._access(event, happened.sense)
         self._last = happened.sense
 
+    def suppose(self, node: int, odom_in_node: SE2) -> None:
+        """Be told about where the robot is, by odom in a node's frame; that is believed once a drive confirms it."""
+        frame = UncertainPose.diagonal(odom_in_node, 0.5, math.radians(10.0))
+        self.places = [Place(node, frame, ODOM, 0.5 * self._state.config.close_evidence)]
+
     def leave(self, sense: Sense) -> None:
         """Follow the robot by odometry from now on: it leaves the graph."""
         moved = [place.by_odometry(sense, _ODOM_STD_M, _ODOM_HEADING_STD) for place in self.places]
         self.places = [place for place in moved if place is not None]
 
     def correct(self, edge_id: int, end: int, sense: Sense) -> bool:
-        """Match what is about the robot with an edge it is on, seen from ``end``; False where too little matches."""
-        place = self.certain
-        so_far = sense.so_far(None)
-        base_in_node = None if place is None else place.base_in_node(sense)
-        if place is None or base_in_node is None or so_far is None:
+        """Match what is about the robot with an edge it is on, seen from ``end``; False where too little matches.
+
+        The map so far may be some cycles old: what is corrected is the frame the robot is tracked in.
+        """
+        place, so_far = self.certain, sense.so_far(None)
+        if place is None or so_far is None or so_far.traversal != place.traversal:
             return False
+        base_in_frame = SE2(0.0, 0.0, -so_far.departure_heading) @ so_far.robot_at_arrival
+        base_in_node = place.frame_in_node.pose @ base_in_frame
         edge = self._state.graph.edges[edge_id]
         if edge.ends[end].node != place.node:
             return False
@@ -85,7 +94,7 @@ class Locator:
         found = base_on_edge(stored, so_far, edge_in_node.inverse() @ base_in_node, self._state.config)
         if found is None:
             return False
-        frame = edge_in_node @ found.pose @ base_in_node.inverse() @ place.frame_in_node.pose
+        frame = edge_in_node @ found.pose @ base_in_frame.inverse()
         corrected = replace(place, frame_in_node=UncertainPose(frame, place.frame_in_node.covariance))
         self.places[self.places.index(place)] = corrected
         return True
@@ -130,6 +139,7 @@ class Locator:
         if edge_map is None:
             self.places = []
             return
+        self.arrived, self.whole = (event, edge_map), full is not None
         sight = sight_of(event, edge_map)
         certain = self.certain
         found = [after for place in self.places for after in self._after(place, edge_map, sight)]
@@ -155,7 +165,7 @@ class Locator:
             end = edge.end_at(place.node, place.branch)
             match = compare(state, edge, end, edge_map, start)
             if match is not None and convinces(match, edge, edge_map, state):
-                evidence = min(place.evidence + state.look_alikes.capped(match.evidence), _MOST)
+                evidence = min(place.evidence + state.look_alikes.capped(match.evidence), MOST)
                 there = edge.ends[1 - end].node
                 return [arrived(state, there, sight, far_sight_in_node(edge, end, edge_map, match), edge_map, evidence)]
         return self._by_pose(place, start, edge_map, sight)
@@ -169,7 +179,7 @@ class Locator:
             node = state.graph.nodes[node_id]
             h = weigh(state.graph, state.maps, node, sight, sight_in_node, state.look_alikes, state.config)
             if h is not None and h.credible and h.evidence > 0.0:
-                evidence = min(place.evidence + h.evidence, _MOST)
+                evidence = min(place.evidence + h.evidence, MOST)
                 at = arrived(state, node_id, sight, h.sight_in_node, edge_map, 0.0)
                 found.append(replace(at, evidence=evidence))
         return found

@@ -18,6 +18,11 @@ class Explore:
         """Whether the GVG level has nothing to do: at the start and after each arrival."""
         self._finished = False
 
+    @property
+    def doing(self) -> str:
+        """See `Mission`."""
+        return "exploring"
+
     def step(self, happened: Happened) -> Decision:
         """Decide where to next if the GVG level waits for it; the end is told by STOP."""
         for event in happened.events:

@@ -11,15 +11,30 @@ from hslam_types.gvg_events import EventKind, GoalKind, GvgEvent, GvgGoal
 class Localise:
     """Reads the atlas and changes nothing in it; while it does not know where the robot is, it says so."""
 
-    def __init__(self, state: AtlasState, locator: Locator | None = None) -> None:
-        """Begin lost, unless a locator knows better."""
+    def __init__(
+        self, state: AtlasState, locator: Locator | None = None, *, at: GvgEvent | None = None, waiting: bool = True
+    ) -> None:
+        """Begin lost, unless a locator knows better.
+
+        ``at``: the arrival at the node the robot stands at; ``waiting``: whether the GVG level has nothing to do.
+        """
         self._state = state
         self.locator = locator or Locator(state)
-        self._waiting = True
+        self._waiting = waiting
         self.drives = 0
         """Arrivals until now."""
-        self._last: GvgEvent | None = None
+        self._last = at
         """The arrival at the node the robot stands at."""
+
+    @property
+    def doing(self) -> str:
+        """See `Mission`."""
+        return "localising"
+
+    @property
+    def given_up(self) -> bool:
+        """Whether so many drives have shown no place that the robot may be where the atlas knows nothing."""
+        return self.place is None and self.drives >= self._state.config.localise_drives
 
     @property
     def place(self) -> Place | None:
@@ -33,7 +48,7 @@ class Localise:
             self._waiting |= event.kind in (EventKind.ARRIVAL, EventKind.LOST)
             self._last = event if event.kind is EventKind.ARRIVAL else None
             self.drives += event.kind is EventKind.ARRIVAL
-        if self._last is not None and self.place is not None:
+        if self._last is not None and (self.place is not None or self.given_up):
             self._waiting = False
             return Decision(None, finished=True)
         if not self._waiting:

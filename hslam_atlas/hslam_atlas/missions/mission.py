@@ -52,6 +52,10 @@ class Decision:
 class Mission(Protocol):
     """One purpose, from its beginning to its end."""
 
+    @property
+    def doing(self) -> str:
+        """What it is about, in one word."""
+
     def step(self, happened: Happened) -> Decision:
         """Take one cycle."""
 

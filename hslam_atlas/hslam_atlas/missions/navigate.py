@@ -11,17 +11,23 @@ from enum import Enum
 from hslam_atlas.localisation.locator import Locator
 from hslam_atlas.localisation.place import Place
 from hslam_atlas.missions.approach import WATCHED_M, Approach, reached
+from hslam_atlas.missions.both_ways import BothWays, both_ways
 from hslam_atlas.missions.destination import AtNode, Destination, FromEnd, OnEdge, check, ends_of, otherwise
 from hslam_atlas.missions.localise import Localise
 from hslam_atlas.missions.mission import Decision, Happened, Sense
-from hslam_atlas.routes import outward
+from hslam_atlas.routes import PER_NODE_M, outward
 from hslam_atlas.state import AtlasState
 from hslam_types.gvg_events import EventKind, GoalKind, GvgEvent, GvgGoal
+from hslam_types.se2 import wrap
 
 _TRIES = 4
 """Times a point may be passed out of reach, or a straight drive end before it, until it is given up."""
 _CORRECT_EVERY = 4
 """Cycles between two looks at the edge's map near the point."""
+
+
+_TURNING_M = 6.0
+"""What leaving an edge in its midst to turn round costs, in metres."""
 
 
 class Progress(Enum):
@@ -35,8 +41,13 @@ class Progress(Enum):
 class Navigate:
     """One errand after another: `go_to` takes the next, also while one is under way."""
 
-    def __init__(self, state: AtlasState, locator: Locator | None = None) -> None:
-        """Begin without an errand, lost unless a locator knows better."""
+    def __init__(
+        self, state: AtlasState, locator: Locator | None = None, *, at: GvgEvent | None = None, waiting: bool = True
+    ) -> None:
+        """Begin without an errand, lost unless a locator knows better.
+
+        ``at``: the arrival at the node the robot stands at; ``waiting``: whether the GVG level has nothing to do.
+        """
         self._state = state
         self.locator = locator or Locator(state)
         self._search = Localise(state, self.locator)
@@ -48,11 +59,14 @@ class Navigate:
         self.path_left_m = math.nan
         """Along the graph, from where the robot last decided."""
         self._destination: Destination | None = None
-        self._arrival: GvgEvent | None = None
+        self._arrival = at
         """The arrival at the node the robot stands at, None off the graph."""
-        self._waiting = True
+        self._waiting = waiting
+        self._turn_round = True
+        """Whether it has yet to be seen if the errand is nearer the other way along the edge under way."""
         self._approach = Approach()
-        self._on: int | None = None
+        place = self.place
+        self._on = None if place is None or place.branch is None else self._edge(place.node, place.branch)
         """The edge the robot was last known to be on or beside."""
         self._straight: tuple[float, float] | None = None
         """The point driven straight to, in odom."""
@@ -69,8 +83,16 @@ class Navigate:
         self._destination = check(destination, self._state.graph)
         self.progress, self.why = Progress.UNDER_WAY, ""
         self._approach, self._tries, self._others = Approach(), 0, None
-        self._waiting |= self._straight is not None
-        self._straight = None
+        # At a node what was decided may still be undone.
+        self._waiting |= self._straight is not None or self._arrival is not None
+        self._straight, self._turn_round = None, True
+
+    @property
+    def doing(self) -> str:
+        """See `Mission`."""
+        if self.progress is not Progress.UNDER_WAY:
+            return str(self.progress.value)
+        return "localising" if self.place is None else "navigating"
 
     @property
     def place(self) -> Place | None:
@@ -123,7 +145,7 @@ class Navigate:
         if self._straight is not None:
             return self._watch_straight(sense)
         if place is not None and not self._waiting:
-            return self._watch(place, sense)
+            return self._back(place, sense) or self._watch(place, sense)
         if not self._waiting:
             return None
         if place is None:
@@ -138,13 +160,49 @@ class Navigate:
             if near is not None and (room := self._straight_to(near, place, sense)) is not None:
                 return room
         if self._arrival is None:
-            return GvgGoal(GoalKind.ACCESS)
+            return self._access(place, sense)
         if not place.keys:  # before what blocks an edge: back
             return GvgGoal(GoalKind.TRACE, branch=0)
         if isinstance(destination, AtNode) and destination.node == place.node:
             self._end(Progress.REACHED)
             return None
         return self._first_edge(place)
+
+    def _access(self, place: Place | None, sense: Sense) -> GvgGoal:
+        """Return to the graph, and follow it the way that is shorter."""
+        ways = None if place is None else self._both_ways(place, sense)
+        self._turn_round = False
+        if ways is None:
+            return GvgGoal(GoalKind.ACCESS)
+        onward = ways.heading_in_odom
+        return GvgGoal(
+            GoalKind.ACCESS, heading_in_odom=onward if ways.onward_m <= ways.back_m else wrap(onward + math.pi)
+        )
+
+    def _back(self, place: Place, sense: Sense) -> GvgGoal | None:
+        """Turn round in the middle of an edge, where an errand that has just begun is clearly nearer that way."""
+        ways = self._both_ways(place, sense) if self._turn_round else None
+        if ways is None:
+            return None
+        self._turn_round = False
+        facing_onward = abs(wrap(sense.base_in_odom.theta - ways.heading_in_odom)) < 0.5 * math.pi
+        ahead_m, behind_m = (ways.onward_m, ways.back_m) if facing_onward else (ways.back_m, ways.onward_m)
+        return self._access(place, sense) if behind_m + _TURNING_M < ahead_m else None
+
+    def _both_ways(self, place: Place, sense: Sense) -> BothWays | None:
+        """Weigh the two ways along the edge the robot is on or beside; None where it is not known there."""
+        end, base = self._end_at(place), place.base_in_node(sense)
+        if self._on is None or end is None or base is None or self._destination is None:
+            return None
+        turn = sense.base_in_odom.theta - base.theta
+        return both_ways(self._state.graph, self._on, end, base, turn, self._destination, self._from_node_m)
+
+    def _from_node_m(self, node: int) -> float:
+        """Return what the rest of the way costs from a node, its own stop included."""
+        if isinstance(self._destination, AtNode) and self._destination.node == node:
+            return 0.0
+        ways = self._ways(node, tuple(self._state.graph.nodes[node].branches))
+        return PER_NODE_M + min((cost_m for cost_m, _ in ways), default=math.inf)
 
     def _first_edge(self, place: Place) -> GvgGoal | None:
         """Return the branch by which the shortest way to the destination leaves."""
@@ -236,7 +294,7 @@ class Navigate:
             self._end(Progress.REACHED)
             return None
         self._count_a_try("something stands between the edge and the point")
-        return GvgGoal(GoalKind.ACCESS) if self.progress is Progress.UNDER_WAY else None
+        return self._access(self.place, sense) if self.progress is Progress.UNDER_WAY else None
 
     def _count_a_try(self, why: str) -> None:
         if self.progress is not Progress.UNDER_WAY:

@@ -1,0 +1,47 @@
+"""What the node says of itself: its answer to a cycle, and whether it knows where the robot is."""
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from hslam_msgs.msg import NodeStatus
+
+from hslam_atlas.missions.navigate import Navigate, Progress
+from hslam_atlas.server import AtlasOutput, AtlasServer
+from hslam_ros.conversions import header
+
+_ENDED = {"localising": "localised", "exploring": "explored"}
+
+
+def status_of(server: AtlasServer, out: AtlasOutput, stamp_ns: int) -> NodeStatus:
+    """Return the answer to a cycle: graph and mission; the run has ended where the configuration's mission has."""
+    graph, left, dispatch = server.state.graph, server.unexplored, server.dispatch
+    status = NodeStatus(header=header(stamp_ns, ""))
+    status.detail = f"{len(graph.nodes)} nodes, {len(graph.edges)} edges, {left} unexplored"
+    status.state = dispatch.doing
+    if out.finished:
+        status.state = _ENDED.get(status.state, status.state)
+        if status.state == "explored" and left:
+            status.state = "stopped"
+            status.detail += " and out of reach"
+        elif status.state == "localised" and dispatch.about() is None:
+            status.state = "lost"
+    if isinstance(dispatch.now, Navigate) and dispatch.now.progress is Progress.UNREACHABLE:
+        status.detail += f"; {dispatch.now.why}"
+    if server.unsaved is not None:
+        status.detail += f", not saved: {server.unsaved}"
+    status.finished = out.finished and dispatch.of_itself and server.state.config.mission == "explore"
+    return status
+
+
+def whereabouts_to_msg(server: AtlasServer, stamp_ns: int) -> DiagnosticArray:
+    """Return whether the robot's place is known, as diagnostics."""
+    node, locator = server.dispatch.about(), server.dispatch.locator
+    places = 0 if locator is None else len(locator.places)
+    status = DiagnosticStatus(
+        level=DiagnosticStatus.OK if node is not None else DiagnosticStatus.WARN,
+        name="atlas: whereabouts",
+        message=f"at or from node {node}" if node is not None else "where the robot is, is in doubt",
+        values=[
+            KeyValue(key="doing", value=server.dispatch.doing),
+            KeyValue(key="places_possible", value=str(places)),
+        ],
+    )
+    return DiagnosticArray(header=header(stamp_ns, ""), status=[status])
