@@ -29,6 +29,7 @@ class AtlasPicture:
         self._poses: dict[int, SE2] = {}  # the nodes' in map, composed when the atlas changes
         self._stamp_ns = 0
         self._drawn = self._shown = False
+        self._lookers = 0
         node.create_timer(_LOOK_S, self._draw, clock=Clock(clock_type=ClockType.STEADY_TIME))
         if atlas.server.state.graph.nodes:
             self.show_graph(0)
@@ -56,6 +57,9 @@ class AtlasPicture:
             self._shown = False
 
     def _draw(self) -> None:
-        if not self._drawn and self._markers.get_subscription_count():
+        lookers, before = self._markers.get_subscription_count(), self._lookers
+        self._lookers = lookers
+        # RViz asks for no old messages: who comes is shown the picture anew.
+        if lookers > before or (lookers and not self._drawn):
             self._markers.publish(atlas_to_markers(self._in_use.server, self._poses, self._stamp_ns))
             self._drawn = True

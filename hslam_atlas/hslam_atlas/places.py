@@ -6,6 +6,7 @@ from typing import Any
 from hslam_atlas.missions.destination import AtNode, Destination, DestinationError, OnEdge
 
 NAME_LENGTH = 100
+"""Characters of a name at most."""
 
 
 def check_name(name: str) -> str:

@@ -150,3 +150,17 @@ def test_markers_follow_the_atlas(staged: Staged) -> None:
     edges = 2 * len(pair.atlas._server.state.graph.edges)
     assert edges > 0
     pair.spin_until(lambda: bool(drawn) and len(drawn[-1].markers[0].points) == edges)
+
+
+def test_who_asks_for_no_old_messages_is_shown_the_markers_too(staged: Staged) -> None:
+    """As RViz does; another has seen them before, and nothing happens meanwhile."""
+    pair = staged(Pair)
+    pair.rest.open_actions()
+    pair.explore(3)
+    first: list[MarkerArray] = []
+    late: list[MarkerArray] = []
+    pair.rest.create_subscription(MarkerArray, "atlas/markers", first.append, LATCHED)
+    pair.spin_until(lambda: bool(first))
+    pair.rest.create_subscription(MarkerArray, "atlas/markers", late.append, 10)
+    pair.spin_until(lambda: bool(late))
+    assert late[-1].markers[0].points

@@ -3,12 +3,13 @@
 ros2 launch hslam_bringup floor.launch.py world:=wean_hall_6 seed:=1 bag:=/tmp/floor rviz:=true
 """
 
+import itertools
 import os
 from pathlib import Path
 
 from ament_index_python.packages import get_package_share_directory
 from launch import LaunchContext, LaunchDescription
-from launch.actions import DeclareLaunchArgument, OpaqueFunction, SetEnvironmentVariable, Shutdown
+from launch.actions import DeclareLaunchArgument, LogInfo, OpaqueFunction, SetEnvironmentVariable, Shutdown
 from launch.conditions import IfCondition
 from launch.substitutions import EqualsSubstitution, LaunchConfiguration, NotEqualsSubstitution, PythonExpression
 from launch_ros.actions import Node
@@ -23,7 +24,10 @@ ARGUMENTS = {
     "world": ("small_world", "shipped world, or path of a world's or map_server's YAML file"),
     "seed": ("1", "seed of all chance: noise, odometry bias, landmarks"),
     "mode": ("lock_step", "lock_step: as fast as the nodes go, repeatable; free_running: by the wall clock"),
-    "atlas": ("", "atlas file to write; empty: kept in memory"),
+    "atlas": (
+        "",
+        "atlas file to write, or to go on with; empty: a new one below runs/; none: in memory",
+    ),
     "bag": ("", "folder of the bag to record; empty: not recorded"),
     "rviz": ("false", "show the floor in RViz"),
     "network": ("closed", "closed: this machine alone can reach the nodes; open: as ROS's own variables say"),
@@ -93,7 +97,15 @@ def generate_launch_description() -> LaunchDescription:
         SetEnvironmentVariable(name, value, condition=closed) for name, value in within_this_machine().items()
     ]
     return LaunchDescription(
-        [*declared, OpaqueFunction(function=check_seed), *surroundings, recorder, *reversed(levels), viewer]
+        [
+            *declared,
+            OpaqueFunction(function=check_seed),
+            OpaqueFunction(function=choose_atlas),
+            *surroundings,
+            recorder,
+            *reversed(levels),
+            viewer,
+        ]
     )
 
 
@@ -102,6 +114,20 @@ def check_seed(context: LaunchContext) -> None:
     seed = LaunchConfiguration("seed").perform(context)
     if not seed.isdecimal():
         raise ValueError(f"seed takes a whole number from 0, not '{seed}'")
+
+
+def choose_atlas(context: LaunchContext) -> list[LogInfo]:
+    """Say where the atlas is kept: what a robot has learnt is not lost because nobody named a file."""
+    given = LaunchConfiguration("atlas").perform(context)
+    chosen = "" if given == "none" else given or str(_new_atlas(context))
+    context.launch_configurations["atlas"] = chosen
+    return [LogInfo(msg=f"the atlas is kept in {chosen or 'memory alone'}")]
+
+
+def _new_atlas(context: LaunchContext) -> Path:
+    world, seed = (LaunchConfiguration(name).perform(context) for name in ("world", "seed"))
+    folders = (Path("runs") / f"{Path(world).stem}_{seed}_launch{n}" for n in itertools.count(1))
+    return next(folder for folder in folders if not folder.exists()).absolute() / "atlas.db"
 
 
 def text(value: LaunchConfiguration) -> ParameterValue:
