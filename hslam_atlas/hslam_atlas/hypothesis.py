@@ -26,6 +26,10 @@ _CROWDED_WITHIN = 1.5
 """Multiple of the clearance within which a second node is hardly ever found: the free discs overlap."""
 _CROWDED = 0.02
 """Chance of a second node so near: the reduced GVG has hardly any, sensing errs."""
+_EXCLUSIVE_M = 0.75
+"""No second node was ever found so near, on floors of others by lidar; and none stands within another's free disc."""
+_SURE_STDS = 2.0
+"""Standard deviations, of a pose already inflated, within which a place must be a node's own to be surely that node."""
 _LOOK_ALIKES_TRIED = 3
 """Nodes compared with every arrival to learn how much places look alike."""
 _START_SPACING = math.radians(6.0)
@@ -62,6 +66,8 @@ class Hypothesis:
     """For each of the sight's branches the node's key."""
     credible: bool
     """Whether some stored constellation matched or, where none speaks against it, the pose leaves no other node."""
+    sure: bool = False
+    """Whether the chained pose alone puts the sight where no other node can be, and no map contradicts."""
 
 
 def weigh(
@@ -82,7 +88,11 @@ def weigh(
     evidence = place + look_alikes.joint([match.evidence] if match else [])
     credible = match.agrees if match and match.evidence < 0.0 else pose > _POSE_ALONE or bool(match and match.agrees)
     branches = align_branches(node, sight, refined.pose, config)
-    return Hypothesis(node.id, refined, place, match.evidence if match else None, evidence, branches, credible)
+    heard = None if match is None else match.evidence
+    exclusive_m = min(node.clearance_m, sight.clearance_m)
+    sure = node.kind is sight.kind and is_surely_at(sight_in_node, exclusive_m, config)
+    sure = sure and (heard is None or heard > config.keep_evidence)
+    return Hypothesis(node.id, refined, place, heard, evidence, branches, credible, sure)
 
 
 def learn_look_alikes(
@@ -169,6 +179,24 @@ def is_where(node: Node, sight_in_node: UncertainPose, config: AtlasConfig) -> b
     return float(position @ np.linalg.solve(spread, position)) < config.pair_gate
 
 
+def is_surely_at(place_in_node: UncertainPose, exclusive_m: float, config: AtlasConfig) -> bool:
+    """Whether a place can only be a node itself: where it lies is known better than the nodes' distance apart.
+
+    ``exclusive_m``: radius of the disc about the node that holds no other, if `_EXCLUSIVE_M` is not less.
+    """
+    spread = _spread(place_in_node, config)
+    position = np.array(place_in_node.pose[:2])
+    if float(position @ np.linalg.solve(spread, position)) > config.pair_gate:
+        return False
+    reach_m = math.hypot(*position) + _SURE_STDS * math.sqrt(float(np.linalg.eigvalsh(spread)[-1]))
+    return reach_m < min(max(exclusive_m, 0.5 * _EXCLUSIVE_M), _EXCLUSIVE_M)
+
+
+def _spread(sight_in_node: UncertainPose, config: AtlasConfig) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+    """Return the covariance of a chained position, 2 x 2: the filters are optimistic, and both visits scatter."""
+    return sight_in_node.covariance[:2, :2] * config.chain_inflation**2 + 2.0 * config.origin_repeat_m**2 * np.eye(2)
+
+
 def _prior(sight_in_node: UncertainPose, config: AtlasConfig) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
     """Return the offset's covariance under the hypothesis: the node repeats, the heading is the chain's."""
     heading = max(sight_in_node.heading_std() * config.chain_inflation, 2.0 * config.heading_floor)
@@ -187,7 +215,7 @@ def _pose_evidence(sight_in_node: UncertainPose, crowded_m: float, config: Atlas
 
     Within ``crowded_m`` of a node there is hardly another: where the pose is sure to lie there, that speaks too.
     """
-    spread = sight_in_node.covariance[:2, :2] * config.chain_inflation**2 + 2.0 * config.origin_repeat_m**2 * np.eye(2)
+    spread = _spread(sight_in_node, config)
     position = np.array(sight_in_node.pose[:2])
     chi = float(position @ np.linalg.solve(spread, position))
     if chi > config.pose_gate:

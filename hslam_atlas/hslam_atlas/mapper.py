@@ -172,10 +172,11 @@ class Mapper:
         config = self.state.config
         if not hypotheses:
             return False
-        best = hypotheses[0]
+        sure = [h for h in hypotheses if h.sure]
+        best = (sure or hypotheses)[0]
         rivals = [h.evidence for h in hypotheses[1:] if not self.questions.likely_one(best.node, h.node)]
         lead = best.evidence - max(rivals, default=0.0)
-        if best.evidence < config.close_evidence or lead < config.close_margin or not best.credible:
+        if not sure and (best.evidence < config.close_evidence or lead < config.close_margin or not best.credible):
             return False
         node = self.state.graph.nodes[best.node]
         if sight.come_along < 0:
@@ -186,7 +187,7 @@ class Mapper:
             added = node.add_branch(sight.bearings[sight.come_along] + best.sight_in_node.pose.theta)
             added.seen, added.missed = 0, len(node.visits)  # this visit is counted where the robot stands
             key = added.key
-        outcome = tie(self.state, Drive(start, EdgeEnd(node.id, key, best.sight_in_node), edge_map))
+        outcome = tie(self.state, Drive(start, EdgeEnd(node.id, key, best.sight_in_node), edge_map), sure=best.sure)
         if outcome is Outcome.CONTRADICTED:
             if added is not None:
                 del node.branches[added.key]
@@ -196,8 +197,17 @@ class Mapper:
         start_node = next((merged.kept for merged in self.state.merged if merged.gone == start.node), start.node)
         there, sight_in_there = self._after_merges(best.node, best.sight_in_node)
         self._stand(there, sight, sight_in_there, edge_map, event)
+        self._join_doubles(sure)
         self._review(start_node, there)
         return True
+
+    def _join_doubles(self, sure: list[Hypothesis]) -> None:
+        """Make one of all nodes that lie where this sight surely is."""
+        for h in sure[1:]:
+            if {sure[0].node, h.node} <= self.state.graph.nodes.keys():
+                h_in_first = sure[0].sight_in_node @ h.sight_in_node.inverse()
+                self.questions.join(self.state, h.node, sure[0].node, h_in_first)
+        self._follow_merges()
 
     def _enter_new_node(
         self, start: EdgeEnd, edge_map: EdgeMap, sight: Sight, hypotheses: list[Hypothesis], event: GvgEvent

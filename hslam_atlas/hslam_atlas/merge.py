@@ -6,7 +6,7 @@ longer had passed a node unnoticed, and is taken out.
 """
 
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from hslam_atlas.branches import match_bearings
 from hslam_atlas.graph import Node
@@ -40,17 +40,22 @@ class _Union:
     twins: tuple[_Twin, ...]
     obsolete: tuple[int, ...]
     """Edges that had passed a node unnoticed."""
+    against: tuple[int, ...]
+    """Branches of ``gone`` whose edge cannot be the one on the same branch of ``kept``."""
 
 
 _OVERLOOKED_MOST = 1
 """Nodes that may have been passed unnoticed, for all that one merge brings together: two are another place."""
 
 
-def merge(state: AtlasState, gone: int, kept: int, gone_in_kept: UncertainPose) -> bool:
-    """Join two nodes (the older id stays) and all that follows; False, and nothing changed, if that contradicts."""
+def merge(state: AtlasState, gone: int, kept: int, gone_in_kept: UncertainPose, *, sure: bool = False) -> bool:
+    """Join two nodes (the older id stays) and all that follows; False, and nothing changed, if that contradicts.
+
+    ``sure``: that they are one is beyond doubt.  Then edges that contradict are of different branches, and both stay.
+    """
     if gone < kept:
         gone, kept, gone_in_kept = kept, gone, gone_in_kept.inverse()
-    unions = _plan(state, gone, kept, gone_in_kept)
+    unions = _plan(state, gone, kept, gone_in_kept, sure=sure)
     if unions is None:
         return False
     for union in unions:
@@ -85,7 +90,7 @@ def branch_partners(gone: Node, kept: Node, gone_in_kept: UncertainPose, gate: f
     return {branch.key: key for branch, key in zip(ordered, keys, strict=True)}
 
 
-def _plan(state: AtlasState, gone: int, kept: int, gone_in_kept: UncertainPose) -> list[_Union] | None:
+def _plan(state: AtlasState, gone: int, kept: int, gone_in_kept: UncertainPose, *, sure: bool) -> list[_Union] | None:
     """Return every union that follows, or None if one is impossible."""
     graph = state.graph
     unions: list[_Union] = []
@@ -104,12 +109,14 @@ def _plan(state: AtlasState, gone: int, kept: int, gone_in_kept: UncertainPose) 
         if a in partner or a in taken or b in partner:
             return None  # three nodes for one place: wait until the first two are one
         node, other = graph.nodes[a], graph.nodes[b]
-        if node.kind is not other.kind or abs(len(node.branches) - len(other.branches)) > 1:
+        if node.kind is not other.kind or (not sure and abs(len(node.branches) - len(other.branches)) > 1):
             return None
         partner[a] = b
         taken.add(b)
         union = _union(state, node, other, a_in_b)
-        if union is None:
+        if sure:
+            union = _reconciled(state, union, partner, taken)
+        if union.against:
             return None
         overlooked.update(union.obsolete)
         queue.extend(twin.far for twin in union.twins)
@@ -117,12 +124,31 @@ def _plan(state: AtlasState, gone: int, kept: int, gone_in_kept: UncertainPose) 
     return unions if len(overlooked) <= _OVERLOOKED_MOST else None
 
 
-def _union(state: AtlasState, gone: Node, kept: Node, gone_in_kept: UncertainPose) -> _Union | None:
-    """Return what joining two nodes does to the edges on their common branches; None if two of them contradict."""
+def _reconciled(state: AtlasState, union: _Union, partner: dict[int, int], taken: set[int]) -> _Union:
+    """Return a union without contradictions: edges that cannot be one, or whose far ends cannot be, are two."""
+    apart = set(union.against)
+    twins: list[_Twin] = []
+    for twin in union.twins:
+        far, other, _ = twin.far
+        gone, kept = max(far, other), min(far, other)
+        joined = gone == kept or partner.get(gone) == kept
+        free = gone not in partner and gone not in taken and kept not in partner
+        alike = state.graph.nodes[gone].kind is state.graph.nodes[kept].kind
+        if joined or (free and alike):
+            twins.append(twin)
+        else:
+            apart.add(state.graph.edges[twin.gone].ends[twin.gone_end].branch)
+    branches = {key: None if key in apart else onto for key, onto in union.branches.items()}
+    return replace(union, branches=branches, twins=tuple(twins), against=())
+
+
+def _union(state: AtlasState, gone: Node, kept: Node, gone_in_kept: UncertainPose) -> _Union:
+    """Return what joining two nodes does to the edges on their common branches."""
     graph = state.graph
     branches = branch_partners(gone, kept, gone_in_kept, state.config.branch_gate)
     twins: list[_Twin] = []
     obsolete: list[int] = []
+    against: list[int] = []
     for key, onto in branches.items():
         edge_id = gone.branches[key].edge
         known_id = None if onto is None else kept.branches[onto].edge
@@ -139,8 +165,8 @@ def _union(state: AtlasState, gone: Node, kept: Node, gone_in_kept: UncertainPos
         elif match is None and share_beginning(state, edge_id, end, known_id, known_end, gone_in_kept):
             obsolete.append(max((edge_id, known_id), key=lambda e: graph.edges[e].path_length_m))
         else:
-            return None
-    return _Union(gone.id, kept.id, gone_in_kept, branches, tuple(twins), tuple(obsolete))
+            against.append(key)
+    return _Union(gone.id, kept.id, gone_in_kept, branches, tuple(twins), tuple(obsolete), tuple(against))
 
 
 def twin_match(

@@ -80,8 +80,15 @@ class Questions:
 
     def settle(self, state: AtlasState, answer: Question) -> bool:
         """Make the two nodes one; False, and nothing changed, if that contradicts the maps."""
+        return self._merge(state, answer.node, answer.other, answer.node_in_other, sure=False)
+
+    def join(self, state: AtlasState, node: int, other: int, node_in_other: UncertainPose) -> bool:
+        """Make two nodes one that are so beyond doubt; False only where one kind of node cannot be the other."""
+        return self._merge(state, node, other, node_in_other, sure=True)
+
+    def _merge(self, state: AtlasState, node: int, other: int, node_in_other: UncertainPose, *, sure: bool) -> bool:
         count = len(state.merged)
-        if not merge(state, answer.node, answer.other, answer.node_in_other):
+        if not merge(state, node, other, node_in_other, sure=sure):
             return False
         for merged in state.merged[count:]:
             self.follow(merged)

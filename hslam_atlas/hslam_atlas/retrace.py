@@ -82,6 +82,8 @@ def on_one_way(state: AtlasState, edge: Edge, end: int, edge_map: EdgeMap, frame
     Arguments as for `compare`.  Too few landmarks on the common part speak neither way.
     """
     stored = state.maps.seen_from(edge.id, end)
+    if not _on_the_way(state, edge, end, edge_map, frame_in_node):
+        return False
     common_m = min(stored.terminal_x, edge_map.terminal_x)
     fewest = min(len(near(stored, common_m)), len(near(edge_map, common_m)))
     if fewest < _FEW_LANDMARKS:
@@ -92,6 +94,15 @@ def on_one_way(state: AtlasState, edge: Edge, end: int, edge_map: EdgeMap, frame
     match = match_constellations(stored, edge_map, SE2(0.0, 0.0, heading), prior, state.config, common_m)
     # The longer one may come back past the node: it shows more than what both passed.
     return len(match.alignment.pairs) >= state.config.least_fraction * fewest
+
+
+def _on_the_way(state: AtlasState, edge: Edge, end: int, edge_map: EdgeMap, frame_in_node: UncertainPose) -> bool:
+    """Whether the shorter's end is near enough to the longer's to lie on its way."""
+    known = edge.ends[end].frame_in_node.pose.apply(edge.terminal_x, 0.0)
+    found = frame_in_node.pose.apply(edge_map.terminal_x, 0.0)
+    rest_m = abs(edge.path_length_m - edge_map.path_length_m)
+    longer_m = max(edge.path_length_m, edge_map.path_length_m)
+    return math.dist(known, found) < rest_m + state.config.length_tolerance_m + state.config.length_tolerance * longer_m
 
 
 def _repeat_m(state: AtlasState, node: int) -> float:

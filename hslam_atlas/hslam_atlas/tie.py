@@ -7,7 +7,7 @@ last two cases both saw the same walls as far as the shorter one goes.  If not, 
 edge, if only one drive ever showed it, else the drive.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum, auto
 
 from hslam_atlas.graph import Edge, EdgeEnd
@@ -51,8 +51,11 @@ class Drive:
     edge_map: EdgeMap
 
 
-def tie(state: AtlasState, drive: Drive) -> Outcome:
-    """Enter the drive; on CONTRADICTED and PASSED no edge is touched."""
+def tie(state: AtlasState, drive: Drive, *, sure: bool = False) -> Outcome:
+    """Enter the drive; on CONTRADICTED and PASSED no edge is touched.
+
+    ``sure``: its end is beyond doubt.  Then a known edge that contradicts is of another branch, and both stay.
+    """
     graph = state.graph
     branch = graph.nodes[drive.start.node].branches[drive.start.branch]
     if _goes_nowhere(state, drive):
@@ -62,24 +65,55 @@ def tie(state: AtlasState, drive: Drive) -> Outcome:
         return Outcome.RETRACED
     back = reverse(drive.edge_map)
     obsolete: list[int] = []
+    beside = False
     for near, far, edge_map in ((drive.stop, drive.start, back), (drive.start, drive.stop, drive.edge_map)):
         edge_id = graph.nodes[near.node].branches[near.branch].edge
         if edge_id is None:
             continue
-        edge = graph.edges[edge_id]
-        end = edge.end_at(near.node, near.branch)
-        if similar_length(edge.path_length_m, edge_map.path_length_m, state.config):
-            return _same(state, edge, end, edge_map, near, far)
-        if _dead_end(state, far) or not _yields(state, edge, end, edge_map, near.frame_in_node):
-            fruitless(state, drive)
-            return Outcome.PASSED
-        obsolete.append(edge_id)
+        met = _met(state, graph.edges[edge_id], edge_map, (near, far), sure=sure)
+        if met is Outcome.CONNECTED:
+            obsolete.append(edge_id)
+        elif met is Outcome.CONTRADICTED and sure:
+            beside = True
+        else:
+            if met is Outcome.PASSED:
+                fruitless(state, drive)
+            return met
     for edge_id in obsolete:
         if edge_id in graph.edges:
             take_out(state, edge_id)
     branch.attempts = 0
-    connect(state, drive)
+    connect(state, _beside(state, drive) if beside else drive)
     return Outcome.CONNECTED
+
+
+def _met(state: AtlasState, edge: Edge, edge_map: EdgeMap, ends: tuple[EdgeEnd, EdgeEnd], *, sure: bool) -> Outcome:
+    """Return what becomes of a drive whose near end is on an edge's branch; CONNECTED if it takes the edge's place."""
+    near, far = ends
+    end = edge.end_at(near.node, near.branch)
+    if similar_length(edge.path_length_m, edge_map.path_length_m, state.config):
+        return _same(state, edge, end, edge_map, near, far)
+    if sure and not on_one_way(state, edge, end, edge_map, near.frame_in_node):
+        return Outcome.CONTRADICTED
+    if _dead_end(state, far) or not _yields(state, edge, end, edge_map, near.frame_in_node):
+        return Outcome.PASSED
+    return Outcome.CONNECTED
+
+
+def _beside(state: AtlasState, drive: Drive) -> Drive:
+    """Return the drive between branches of its own where those it was taken to use carry an edge."""
+    start, stop = drive.start, drive.stop
+    leaves = start.frame_in_node.pose.theta + drive.edge_map.departure_heading
+    comes = stop.frame_in_node.pose.theta + reverse(drive.edge_map).departure_heading
+    return replace(drive, start=_free(state, start, leaves), stop=_free(state, stop, comes))
+
+
+def _free(state: AtlasState, end: EdgeEnd, bearing: float) -> EdgeEnd:
+    """Return an end on a branch that carries no edge: its own, or else a new one in the direction driven."""
+    node = state.graph.nodes[end.node]
+    if node.branches[end.branch].edge is None:
+        return end
+    return end._replace(branch=node.add_branch(bearing).key)
 
 
 def _goes_nowhere(state: AtlasState, drive: Drive) -> bool:

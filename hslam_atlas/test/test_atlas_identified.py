@@ -28,7 +28,7 @@ def test_the_branch_is_added_only_if_the_drive_is_entered(outcome: Outcome, monk
     (edge_map,) = drives(1, 7)
     sight = Sight(NodeKind.MEET_POINT, 1.3, (0.0, 1.5), 0, edge_map)
     best = Hypothesis(known.id, BACK, 20.0, 20.0, 40.0, (None, 0), credible=True)
-    monkeypatch.setattr(mapper, "tie", lambda *_: outcome)
+    monkeypatch.setattr(mapper, "tie", lambda *_, **__: outcome)
     arrival = GvgEvent(3, 3, EventKind.ARRIVAL, None, 0, 10.0)
     is_taken = server.mapper._identified(EdgeEnd(start.id, 0, FORWARD), edge_map, sight, [best], arrival)
     assert is_taken is (outcome is Outcome.CONNECTED)
@@ -49,7 +49,7 @@ def taken(guesses: list[Hypothesis], monkeypatch: pytest.MonkeyPatch, questions:
     server.questions.open += questions
     (edge_map,) = drives(1, 7)
     sight = Sight(NodeKind.MEET_POINT, 1.3, (0.0, 1.5), 0, edge_map)
-    monkeypatch.setattr(mapper, "tie", lambda *_: Outcome.CONNECTED)
+    monkeypatch.setattr(mapper, "tie", lambda *_, **__: Outcome.CONNECTED)
     arrival = GvgEvent(3, 3, EventKind.ARRIVAL, None, 0, 10.0)
     return server.mapper._identified(EdgeEnd(0, 0, FORWARD), edge_map, sight, guesses, arrival)
 
