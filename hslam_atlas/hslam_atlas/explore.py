@@ -18,7 +18,7 @@ def next_branch(state: AtlasState, questions: Questions, here: Here) -> int | No
     confirming = _confirming(state, questions, here)
     if confirming is not None:
         return confirming
-    return _towards_unexplored(state.graph, here)
+    return _towards_unexplored(state, here)
 
 
 def unexplored(graph: AtlasGraph) -> int:
@@ -44,14 +44,15 @@ def _confirming(state: AtlasState, questions: Questions, here: Here) -> int | No
     return None
 
 
-def _towards_unexplored(graph: AtlasGraph, here: Here) -> int | None:
+def _towards_unexplored(state: AtlasState, here: Here) -> int | None:
     """Return the first branch of the shortest way to an unexplored one, leaving by a branch seen on this visit."""
+    graph = state.graph
     branches = graph.nodes[here.node].branches
     free = [key for key in here.keys if branches[key].unexplored]
     if free:
         back = None if here.come is None else branches[here.come].bearing
         return min(free, key=lambda key: 0.0 if back is None else abs(wrap(branches[key].bearing - back)))
-    for reached in outward(graph, here.node, here.keys):
+    for reached in outward(graph, here.node, here.keys, tries=state.config.attempts):
         if any(branch.unexplored for branch in graph.nodes[reached.node].branches.values()):
             return reached.first
     return None

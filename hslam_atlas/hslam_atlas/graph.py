@@ -30,6 +30,8 @@ class Branch:
     attempts: int = 0
     """Drives into it that led nowhere new."""
     given_up: bool = False
+    unseen: int = field(default=0, compare=False)
+    """Visits in a row that did not show it; not kept in the file."""
 
     def give_up_if_absent(self) -> None:
         """Give an unexplored branch up that most visits did not show."""

@@ -146,6 +146,7 @@ class Mapper:
         sight_in_node = far_sight_in_node(edge, end, edge_map, match)
         there = edge.ends[1 - end].node
         update(self.state, edge, end, edge_map, match)
+        self.state.graph.nodes[start.node].branches[start.branch].attempts = 0
         self._stand(there, sight, sight_in_node, edge_map, event)
         return True
 

@@ -74,7 +74,7 @@ class Consequence:
 
 def consequence(state: AtlasState, gone: int, kept: int, gone_in_kept: UncertainPose) -> Consequence | None:
     """Return what `merge` would do, ``gone`` being the younger node; None where it would refuse. Nothing is changed."""
-    unions = _plan(state, gone, kept, gone_in_kept)
+    unions = _plan(state, gone, kept, gone_in_kept, sure=False)
     if unions is None:
         return None
     nodes = frozenset((union.gone, union.kept) for union in unions)

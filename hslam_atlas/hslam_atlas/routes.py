@@ -1,6 +1,7 @@
 """Shortest ways along known edges: one Dijkstra, one cost of a hop."""
 
 import heapq
+import math
 from collections.abc import Collection, Iterator
 from typing import NamedTuple
 
@@ -8,6 +9,9 @@ from hslam_atlas.graph import AtlasGraph
 
 PER_NODE_M = 6.0
 """What stopping at one more node costs, in metres."""
+
+PER_FAILURE_M = 20.0
+"""What it costs to count on a branch that was not there or led elsewhere, by every such time in a row, in metres."""
 
 
 class Reached(NamedTuple):
@@ -21,15 +25,16 @@ class Reached(NamedTuple):
 
 
 def outward(
-    graph: AtlasGraph, start: int, by: Collection[int], closed: Collection[int] = frozenset()
+    graph: AtlasGraph, start: int, by: Collection[int], closed: Collection[int] = frozenset(), tries: float = math.inf
 ) -> Iterator[Reached]:
     """Yield every other node that known edges lead to, nearest first, as far as it is asked for.
 
-    The ways leave ``start`` by one of the branches ``by``; the edges ``closed`` are not driven.
+    The ways leave ``start`` by one of the branches ``by``; the edges ``closed`` are not driven, nor is a branch that
+    was not there or led elsewhere ``tries`` times in a row.
     """
     queue: list[tuple[float, int, int]] = []
     for key in by:
-        _push(graph, queue, Reached(start, 0.0, key), key, closed)
+        _push(graph, queue, Reached(start, 0.0, key), key, closed, tries)
     done = {start}
     while queue:
         reached = Reached(*_in_order(heapq.heappop(queue)))
@@ -38,7 +43,7 @@ def outward(
         done.add(reached.node)
         yield reached
         for key in graph.nodes[reached.node].branches:
-            _push(graph, queue, reached, key, closed)
+            _push(graph, queue, reached, key, closed, tries)
 
 
 def _in_order(entry: tuple[float, int, int]) -> tuple[int, float, int]:
@@ -47,11 +52,18 @@ def _in_order(entry: tuple[float, int, int]) -> tuple[int, float, int]:
 
 
 def _push(
-    graph: AtlasGraph, queue: list[tuple[float, int, int]], at: Reached, key: int, closed: Collection[int]
+    graph: AtlasGraph,
+    queue: list[tuple[float, int, int]],
+    at: Reached,
+    key: int,
+    closed: Collection[int],
+    tries: float,
 ) -> None:
     """Queue the node a branch leads to."""
-    edge_id = graph.nodes[at.node].branches[key].edge
-    if edge_id is not None and edge_id not in closed:
-        edge = graph.edges[edge_id]
-        far = edge.ends[1 - edge.end_at(at.node, key)]
-        heapq.heappush(queue, (at.cost_m + edge.path_length_m + PER_NODE_M, far.node, at.first))
+    branch = graph.nodes[at.node].branches[key]
+    in_vain = branch.attempts + (branch.unseen if at.cost_m else 0)  # from the start leave only branches in sight
+    if branch.edge is None or branch.edge in closed or in_vain >= tries:
+        return
+    edge = graph.edges[branch.edge]
+    cost_m = at.cost_m + edge.path_length_m + PER_NODE_M + PER_FAILURE_M * in_vain
+    heapq.heappush(queue, (cost_m, edge.ends[1 - edge.end_at(at.node, key)].node, at.first))

@@ -62,6 +62,8 @@ def observe(node: Node, sight: Sight, sight_in_node: SE2, config: AtlasConfig) -
             branch.bearing = wrap(branch.bearing + wrap(in_node - branch.bearing) / branch.seen)
         keys.append(branch.key)
     for branch in node.branches.values():
-        branch.missed += int(branch.key not in keys)
+        shown = branch.key in keys
+        branch.missed += int(not shown)
+        branch.unseen = 0 if shown else branch.unseen + 1
         branch.give_up_if_absent()
     return tuple(keys)

@@ -54,37 +54,61 @@ class Drive:
 def tie(state: AtlasState, drive: Drive, *, sure: bool = False) -> Outcome:
     """Enter the drive; on CONTRADICTED and PASSED no edge is touched.
 
-    ``sure``: its end is beyond doubt.  Then a known edge that contradicts is of another branch, and both stay.
+    ``sure``: its end is beyond doubt.  Then what contradicts is an edge or a branch, never the node.
     """
-    graph = state.graph
-    branch = graph.nodes[drive.start.node].branches[drive.start.branch]
-    if _goes_nowhere(state, drive):
+    outcome = _entered(state, drive, sure=sure)
+    if outcome is Outcome.CONNECTED:
+        state.graph.nodes[drive.start.node].branches[drive.start.branch].attempts = 0
+        connect(state, _beside(state, drive))
+    elif outcome in (Outcome.PASSED, Outcome.RETURNED):
         fruitless(state, drive)
+    elif outcome is Outcome.RETRACED and sure:
+        _doubt(state, drive)
+    return outcome
+
+
+def _entered(state: AtlasState, drive: Drive, *, sure: bool) -> Outcome:
+    """Return what becomes of a drive; CONNECTED where it is to become an edge, and what stood in its way is out."""
+    if _goes_nowhere(state, drive):
         return Outcome.RETURNED
     if _driven_between(state, drive):
         return Outcome.RETRACED
     back = reverse(drive.edge_map)
     obsolete: list[int] = []
-    beside = False
     for near, far, edge_map in ((drive.stop, drive.start, back), (drive.start, drive.stop, drive.edge_map)):
-        edge_id = graph.nodes[near.node].branches[near.branch].edge
+        edge_id = state.graph.nodes[near.node].branches[near.branch].edge
         if edge_id is None:
             continue
-        met = _met(state, graph.edges[edge_id], edge_map, (near, far), sure=sure)
-        if met is Outcome.CONNECTED:
-            obsolete.append(edge_id)
-        elif met is Outcome.CONTRADICTED and sure:
-            beside = True
-        else:
-            if met is Outcome.PASSED:
-                fruitless(state, drive)
+        met = _met(state, state.graph.edges[edge_id], edge_map, (near, far), sure=sure)
+        if met is Outcome.CONTRADICTED and sure:
+            if near is drive.stop:
+                continue  # the way into a node is read less well than the way out of it: a branch beside
+            met = Outcome.CONNECTED if _refuted(state, near) else Outcome.PASSED
+        if met is not Outcome.CONNECTED:
             return met
+        obsolete.append(edge_id)
     for edge_id in obsolete:
-        if edge_id in graph.edges:
+        if edge_id in state.graph.edges:
             take_out(state, edge_id)
-    branch.attempts = 0
-    connect(state, _beside(state, drive) if beside else drive)
     return Outcome.CONNECTED
+
+
+def _refuted(state: AtlasState, start: EdgeEnd) -> bool:
+    """Whether, with one more drive that ended elsewhere, a branch's edge has misled as often as it was driven."""
+    branch = state.graph.nodes[start.node].branches[start.branch]
+    return branch.edge is not None and len(state.graph.edges[branch.edge].traversals) <= branch.attempts + 1
+
+
+def _doubt(state: AtlasState, drive: Drive) -> None:
+    """Count a drive along a known edge against another edge, the one its branch was taken to carry."""
+    branch = state.graph.nodes[drive.start.node].branches[drive.start.branch]
+    if branch.edge is None or drive.stop.node in {end.node for end in state.graph.edges[branch.edge].ends}:
+        return
+    if _refuted(state, drive.start):
+        take_out(state, branch.edge)
+        branch.given_up = True  # it is the branch of the edge driven, seen in another direction
+    branch.fail(state.config.attempts)
+    state.graph.changed_nodes.add(drive.start.node)
 
 
 def _met(state: AtlasState, edge: Edge, edge_map: EdgeMap, ends: tuple[EdgeEnd, EdgeEnd], *, sure: bool) -> Outcome:

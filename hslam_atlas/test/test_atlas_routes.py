@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hslam_atlas.graph import AtlasGraph, EdgeEnd
-from hslam_atlas.routes import PER_NODE_M, outward
+from hslam_atlas.routes import PER_FAILURE_M, PER_NODE_M, outward
 from hslam_atlas.uncertain_pose import UncertainPose
 from hslam_types.gvg_events import NodeKind
 from hslam_types.se2 import SE2
@@ -77,3 +77,28 @@ def test_a_way_of_three_edges_is_the_sum_of_them_by_its_first_branch() -> None:
     for u, v, length_m in ((1, 2, 3.0), (0, 1, 2.0), (2, 3, 4.0)):
         tie(graph, u, v, length_m)
     assert [tuple(there) for there in outward(graph, 0, (0,))] == [(1, 8.0, 0), (2, 17.0, 0), (3, 27.0, 0)]
+
+
+def test_what_was_counted_on_in_vain_is_gone_round_then_not_counted_on() -> None:
+    """From 0 to 2 straight, or by 1; what is in sight now, at the start, need not have been so before."""
+    graph = AtlasGraph()
+    for _ in range(4):
+        graph.add_node(NodeKind.MEET_POINT, 1.0, [])
+    tie(graph, 0, 2, 5.0)
+    tie(graph, 0, 1, 5.0)
+    tie(graph, 1, 2, 5.0)
+    tie(graph, 2, 3, 5.0)
+    straight, onward = graph.nodes[0].branches[0], graph.nodes[2].branches[2]
+    direct_m, round_m = 5.0 + PER_NODE_M, 10.0 + 2 * PER_NODE_M
+
+    def cost_m(node: int) -> float | None:
+        return next((way.cost_m for way in outward(graph, 0, (0, 1), tries=3) if way.node == node), None)
+
+    straight.unseen = 2
+    assert cost_m(2) == direct_m
+    straight.attempts = 1
+    assert cost_m(2) == round_m
+    onward.unseen = 2
+    assert cost_m(3) == round_m + direct_m + 2 * PER_FAILURE_M
+    onward.attempts = 1
+    assert cost_m(3) is None

@@ -5,9 +5,12 @@ import math
 import pytest
 from test_atlas_alignment import drives
 
-from hslam_atlas.sighting import sight_of
+from hslam_atlas.config import AtlasConfig
+from hslam_atlas.graph import AtlasGraph
+from hslam_atlas.hypothesis import Sight
+from hslam_atlas.sighting import observe, sight_of
 from hslam_types.gvg_events import EventKind, GvgEvent, NodeKind, NodeView
-from hslam_types.se2 import wrap
+from hslam_types.se2 import SE2, wrap
 
 
 def test_an_unknown_branch_ties_the_view_by_the_first() -> None:
@@ -18,3 +21,10 @@ def test_an_unknown_branch_ties_the_view_by_the_first() -> None:
     assert unknown.bearings == known.bearings
     assert unknown.bearings[0] == pytest.approx(wrap(edge_map.arrival_heading - math.pi))
     assert unknown.come_along == -1
+
+
+def test_visits_in_a_row_that_do_not_show_a_branch_are_counted() -> None:
+    node = AtlasGraph().add_node(NodeKind.MEET_POINT, 1.3, [0.0, 1.5, 3.0])
+    for bearings, unseen in (((0.0, 1.5), 1), ((0.0, 1.5), 2), ((0.1, 1.5, 3.1), 0), ((0.0, 1.5), 1)):
+        observe(node, Sight(NodeKind.MEET_POINT, 1.3, bearings, 0, None), SE2(), AtlasConfig())
+        assert [branch.unseen for branch in node.branches.values()] == [0, 0, unseen]

@@ -12,9 +12,10 @@ from hslam_atlas.graph import EdgeEnd
 from hslam_atlas.hypothesis import is_surely_at
 from hslam_atlas.merge import merge
 from hslam_atlas.retrace import on_one_way
-from hslam_atlas.tie import Drive, Outcome, tie
+from hslam_atlas.tie import Drive, Outcome, connect, tie
 from hslam_atlas.uncertain_pose import UncertainPose
 from hslam_types.edge_map import EdgeMap
+from hslam_types.edge_map_transform import reverse
 from hslam_types.gvg_events import NodeKind
 from hslam_types.se2 import SE2
 
@@ -42,26 +43,61 @@ def test_sure_is_what_lies_nearer_than_any_other_node_can(
 
 
 @pytest.mark.parametrize("sure", [False, True])
-def test_a_drive_between_sure_nodes_is_an_edge_beside_the_one_it_contradicts(sure: bool) -> None:
-    state, edge = atlas_with(WAY, 2)
-    drive = Drive(EdgeEnd(0, 0, FORWARD), EdgeEnd(2, 0, FORWARD), UNKNOWN_WAY)
-    outcome = tie(state, drive, sure=sure)
+def test_a_drive_between_sure_nodes_takes_the_place_of_an_edge_driven_once(sure: bool) -> None:
+    state, edge = atlas_with(WAY, 1)
+    outcome = tie(state, Drive(EdgeEnd(0, 0, FORWARD), EdgeEnd(2, 0, FORWARD), UNKNOWN_WAY), sure=sure)
     assert outcome is (Outcome.CONNECTED if sure else Outcome.CONTRADICTED)
-    assert edge.id in state.graph.edges
-    assert len(state.graph.edges) == (2 if sure else 1)
-    if sure:
-        (new,) = state.graph.edges.keys() - {edge.id}
-        ends = state.graph.edges[new].ends
-        assert [(end.node, end.branch) for end in ends] == [(0, 1), (2, 0)]
-        assert state.graph.nodes[0].branches[1].bearing == pytest.approx(UNKNOWN_WAY.departure_heading)
+    assert (edge.id in state.graph.edges) is not sure
+    assert len(state.graph.edges) == 1
+    assert len(state.graph.links) == int(sure)
 
 
-def test_a_drive_of_another_length_that_went_elsewhere_is_an_edge_beside() -> None:
+def test_an_edge_that_misled_as_often_as_it_was_driven_is_no_more() -> None:
+    state, edge = atlas_with(WAY, 3)
+    elsewhere = Drive(EdgeEnd(0, 0, FORWARD), EdgeEnd(2, 0, FORWARD), UNKNOWN_WAY)
+    for attempts in (1, 2):
+        assert tie(state, elsewhere, sure=True) is Outcome.PASSED
+        assert edge.id in state.graph.edges
+        assert state.graph.nodes[0].branches[0].attempts == attempts
+    assert tie(state, elsewhere, sure=True) is Outcome.CONNECTED
+    assert edge.id not in state.graph.edges
+
+
+@pytest.mark.parametrize(("driven", "stays"), [(1, False), (2, True)])
+def test_a_drive_along_a_known_edge_speaks_against_another_on_its_branch(driven: int, stays: bool) -> None:
+    """The branch was taken to lead to node 2, the drive matches the edge to node 1."""
+    state, _ = atlas_with(WAY, 2)
+    graph = state.graph
+    beside = graph.nodes[0].add_branch(0.3)
+    ends = EdgeEnd(0, beside.key, FORWARD), EdgeEnd(2, 0, FORWARD)
+    misleading = connect(state, Drive(*ends, replace(UNKNOWN_WAY, traversal=-1)))
+    graph.put_edge(replace(misleading, traversals=tuple(range(-driven, 0))))
+    drive = Drive(EdgeEnd(0, beside.key, FORWARD), EdgeEnd(1, graph.nodes[1].add_branch(0.3).key, FORWARD), SAME_WAY)
+    assert tie(state, drive, sure=True) is Outcome.RETRACED
+    assert (misleading.id in graph.edges) is stays
+    assert beside.attempts == 1
+    assert not beside.unexplored
+
+
+@pytest.mark.parametrize("driven", [1, 2])
+def test_a_drive_into_a_branch_that_leads_elsewhere_gets_a_branch_beside(driven: int) -> None:
+    """How a robot comes into a node tells less well which branch it was than how it leaves."""
+    state, edge = atlas_with(WAY, driven)
+    drive = Drive(EdgeEnd(2, 0, FORWARD), EdgeEnd(0, 0, FORWARD), UNKNOWN_WAY)
+    assert tie(state, drive, sure=True) is Outcome.CONNECTED
+    (new,) = state.graph.edges.keys() - {edge.id}
+    assert [(end.node, end.branch) for end in state.graph.edges[new].ends] == [(2, 0), (0, 1)]
+    came_by = reverse(UNKNOWN_WAY).departure_heading
+    assert state.graph.nodes[0].branches[1].bearing == pytest.approx(came_by)
+
+
+def test_a_drive_of_another_length_that_went_elsewhere_is_not_of_that_branch() -> None:
     state, edge = atlas_with(WAY, 2)
     drive = Drive(EdgeEnd(0, 0, FORWARD), EdgeEnd(2, 0, FORWARD), shortened(OTHER_WAY, SHORT))
-    assert tie(state, drive, sure=True) is Outcome.CONNECTED
-    assert len(state.graph.edges) == 2
+    assert tie(state, drive, sure=True) is Outcome.PASSED
     assert edge.id in state.graph.edges
+    assert tie(state, drive, sure=True) is Outcome.CONNECTED
+    assert edge.id not in state.graph.edges
 
 
 @pytest.mark.parametrize(
