@@ -132,7 +132,7 @@ def test_an_edge_that_contradicts_costs_four_nats(monkeypatch: pytest.MonkeyPatc
 def test_a_merge_that_is_refused_costs_the_question_its_life(monkeypatch: pytest.MonkeyPatch) -> None:
     state = row()
     questions = asked((2, 1, 16.0))
-    monkeypatch.setattr(module, "merge", lambda *_: False)
+    monkeypatch.setattr(module, "merge", lambda *_, **__: False)
     questions.review(state, set())
     assert not questions.open  # 20 nats lower, below what is kept
 
