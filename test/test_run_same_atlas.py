@@ -10,7 +10,11 @@ OWN_TO_A_RUN = {"wall_time_s", "real_time_factor", "peak_rss_mb"}
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("robot", "chosen"), [("sim", ()), ("turtlebot", ()), ("turtlebot", ("--landmarks", "scan"))])
+@pytest.mark.parametrize(
+    ("robot", "chosen"),
+    [("sim", ()), ("turtlebot", ()), ("turtlebot", ("--landmarks", "scan"))],
+    ids=["sonar", "lidar", "lidar alone"],
+)
 def test_separate_processes_and_one_process_agree_bit_for_bit(
     tmp_path: Path, robot: str, chosen: tuple[str, ...]
 ) -> None:
