@@ -40,8 +40,15 @@ class FollowConfig(Configuration):
     )
     access_s: float = parameter(20.0, "without a graph in sight for so long, access is given up", low=1.0, high=600.0,
         unit="s")  # fmt: skip
+    across_m: float = parameter(
+        60.0, "in open space, where there is no graph, access drives straight on so far at most", low=0.0, high=1000.0,
+        unit="m",
+    )  # fmt: skip
     return_s: float = parameter(90.0, "a way back to the node left that takes longer is given up", low=1.0,
         high=3600.0, unit="s")  # fmt: skip
+    blind_s: float = parameter(
+        0.6, "without a scan for so long the robot stands until one comes", low=0.1, high=60.0, unit="s"
+    )
     blocked_s: float = parameter(1.2, "stopped for so long, the robot backs off", low=0.1, high=60.0, unit="s")
     listening_turn: float = parameter(
         0.0, "turn to either side before a place is judged: what lies between sensors is heard",

@@ -24,7 +24,7 @@ from hslam_gvg.ranging.sonar_map_config import SonarMapConfig
 from hslam_gvg.states import GvgError, GvgOutput, GvgState
 from hslam_types.gvg_events import GoalKind, GvgEvent, GvgGoal, NodeView
 from hslam_types.se2 import Array
-from hslam_types.sensing import OdometrySample, RangeScan, SonarSweep
+from hslam_types.sensing import OdometrySample, RangeScan, SonarSweep, Velocity
 
 
 class GraphFollower:
@@ -43,6 +43,8 @@ class GraphFollower:
         self._guard = guard or RingGuardConfig()
         self._traversal = Traversal()
         self._stamp_ns = 0
+        self._heard_ns: int | None = None
+        """When a scan came last."""
         self._lost = False
         """Whether a reset has ended what the next step is to announce as lost."""
         self._forget()
@@ -119,7 +121,10 @@ class GraphFollower:
         around.hear(heard, odom, attentive=driver.attentive)
         traversal.advance(around.pose.x, around.pose.y, along)
         now = Now(odom.stamp_ns, around, traversal, self._handled, self.config)
-        command = driver.step(odom, now)
+        if heard is not None or self._heard_ns is None:
+            self._heard_ns = odom.stamp_ns
+        is_blind = now.since_s(self._heard_ns) > self.config.blind_s
+        command = Velocity() if is_blind else driver.step(odom, now)
         return GvgOutput(command, tuple(map(self._in_odom, traversal.events)), driver.kind, dropped)
 
     def _in_odom(self, event: GvgEvent) -> GvgEvent:

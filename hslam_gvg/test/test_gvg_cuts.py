@@ -5,22 +5,13 @@ import math
 import numpy as np
 import pytest
 
-from hslam_gvg.local_graph.cuts import at_end_of_free, at_vertices, in_gaps
+from hslam_gvg.local_graph.cuts import at_end_of_free, in_gaps
 from hslam_gvg.local_graph.graph_config import LocalGraphConfig
 from hslam_types.se2 import Array
 
 LINE: Array = np.array([[0.0, 0.0, 1.0], [2.0, 0.0, 1.0]])
 LINK = np.array([[0, 1]])
 KNOWN = np.array([True, False])
-
-
-@pytest.mark.parametrize(("within", "beyond_m"), [(True, 1.3), (False, math.inf)])
-def test_a_link_into_the_unknown_ends_a_little_beyond_the_known(within: bool, beyond_m: float) -> None:
-    """What is unknown may at least be as wide as its mouth; what is beyond the horizon is known to the map."""
-    vertices, links, beyond = at_vertices(LINE, LINK.copy(), KNOWN, np.array([True, within]))
-    assert links.tolist() == [[0, 2]]
-    assert vertices[2] == pytest.approx([0.3, 0.0, 1.0])
-    assert beyond == {2: pytest.approx(beyond_m)}
 
 
 @pytest.mark.parametrize(("horizon_m", "far"), [(9.0, False), (0.5, True)])

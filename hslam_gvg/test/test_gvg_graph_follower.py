@@ -1,75 +1,16 @@
 """The level by a scanner, driven through drawn corridors by a base that does as it is told."""
 
-import dataclasses
 import math
 
 import numpy as np
 import pytest
-from drawn_scans import scan_of
-from drawn_walls import CROSSING, Wall
+from scanned_robot import ACCESS, CLOSED, STOP, Robot
 
 from hslam_gvg.driving.doing import Idle
-from hslam_gvg.graph_follower import GraphFollower
+from hslam_gvg.follow_config import FollowConfig
 from hslam_gvg.states import GvgError, GvgState
-from hslam_types.gvg_events import EventKind, GoalKind, GvgEvent, GvgGoal, NodeKind, NodeView
-from hslam_types.se2 import SE2
-from hslam_types.sensing import OdometrySample, Velocity
-
-STEP_S = 0.12
-ENDS: tuple[Wall, ...] = ((8, -1.2, 8, 1.2), (-8, -1.2, -8, 1.2), (-1.2, 8, 1.2, 8), (-1.2, -8, 1.2, -8))
-CLOSED = CROSSING + ENDS
-ACCESS, STOP = GvgGoal(GoalKind.ACCESS), GvgGoal(GoalKind.STOP)
-
-
-class Robot:
-    """A perfect base among walls, with the level that drives it."""
-
-    def __init__(self, walls: tuple[Wall, ...] = CLOSED, start: SE2 = SE2(-3.0, 0.2, 0.1)) -> None:  # noqa: B008
-        self.walls, self.pose, self.stamp_ns = walls, start, 0
-        self.level, self.command = GraphFollower(), Velocity()
-        self.events: list[GvgEvent] = []
-        self.room_m = math.inf
-        self.state = GvgState.IDLE
-        self.dropped: list[str] = []
-        self.slipping = False
-
-    def step(self, *, blind: bool = False) -> None:
-        """Drive one step under the last command, and let the level answer what is seen from there."""
-        self.stamp_ns += round(STEP_S * 1e9)
-        if not self.slipping:
-            for _ in range(4):
-                self.pose = self.pose @ SE2(
-                    0.25 * STEP_S * self.command.forward, 0.0, 0.25 * STEP_S * self.command.turn
-                )
-        scan = dataclasses.replace(scan_of(self.walls, self.pose), stamp_ns=self.stamp_ns)
-        self.room_m = min(self.room_m, float(scan.ranges.min()))
-        out = self.level.step(OdometrySample(self.stamp_ns, self.pose, self.command), None if blind else scan)
-        self.command, self.state = out.command, out.state
-        self.events += out.events
-        self.dropped += [out.dropped] if out.dropped else []
-
-    def until(self, kind: EventKind, within_s: float = 120.0) -> GvgEvent:
-        """Drive until an event of a kind comes; fails when it does not."""
-        seen = len(self.events)
-        for _ in range(round(within_s / STEP_S)):
-            self.step()
-            for event in self.events[seen:]:
-                if event.kind is kind:
-                    return event
-        pytest.fail(f"no {kind.name} in {within_s} s; {[e.kind.name for e in self.events]}, {self.state}, {self.pose}")
-
-    def go(self, goal: GvgGoal) -> None:
-        """Give a goal at once."""
-        self.level.start(goal)
-
-    def arrived(self) -> NodeView:
-        """Reach the GVG and follow it to its first node."""
-        self.step()
-        self.go(ACCESS)
-        self.until(EventKind.ACCESS)
-        node = self.until(EventKind.ARRIVAL).node
-        assert node is not None
-        return node
+from hslam_types.gvg_events import EventKind, GoalKind, GvgGoal, NodeKind
+from hslam_types.sensing import Velocity
 
 
 def test_the_first_node_is_the_crossing_with_its_four_ways() -> None:
@@ -197,7 +138,7 @@ def test_a_straight_drive_into_a_wall_is_lost_and_touches_nothing() -> None:
 
 
 def test_nothing_in_sight_is_lost_after_a_while() -> None:
-    robot = Robot(walls=((500.0, 0.0, 501.0, 0.0),))
+    robot = Robot(((500.0, 0.0, 501.0, 0.0),), config=FollowConfig(across_m=0.0))
     robot.step()
     robot.go(ACCESS)
     event = robot.until(EventKind.LOST, within_s=60.0)
@@ -238,14 +179,19 @@ def test_a_body_held_by_what_nobody_sees_backs_off_and_remembers() -> None:
     assert np.hypot(ahead[:, 0], ahead[:, 1]).min() == pytest.approx(0.21, abs=0.03)
 
 
-def test_a_scan_that_stops_coming_does_not_run_the_body_into_a_wall() -> None:
+def test_without_scans_it_stands_and_with_the_next_goes_on() -> None:
     robot = Robot()
     robot.arrived()
     robot.go(GvgGoal(GoalKind.TRACE, branch=2))
     robot.until(EventKind.DEPARTURE)
+    for _ in range(10):
+        robot.step(blind=True)
+    stood = robot.pose
     for _ in range(200):
         robot.step(blind=True)
+    assert robot.pose == stood
     assert robot.room_m > 0.19
+    robot.until(EventKind.ARRIVAL)
 
 
 def test_the_clearance_of_where_it_is_is_told() -> None:

@@ -10,7 +10,7 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hslam_sim.truth import Rules, TrueGvg, TrueKind, draw_true_gvg, true_gvg
+from hslam_sim.truth import Rules, TrueGvg, draw_true_gvg, true_gvg
 from hslam_sim.truth.true_gvg import single_gvg
 from hslam_sim.world import World
 from hslam_sim.worlds import load_world
@@ -120,14 +120,25 @@ def test_a_dead_end_counts_from_some_depth_on(depth: float, boundaries: int) -> 
     assert counts(single_gvg(crossing(2.4, depth), Rules()))[0] == boundaries
 
 
-def test_a_hall_wider_than_the_sonar_is_one_open_node() -> None:
+def test_a_wide_hall_has_a_ring_of_edges_along_its_walls() -> None:
     hall = shapely.box(-15.0, -15.0, 15.0, 15.0)
     corridors = shapely.union_all([shapely.box(-30.0, -1.2, 30.0, 1.2), shapely.box(-1.2, -30.0, 1.2, 30.0)])
     space = hall.union(corridors)
     assert isinstance(space, shapely.Polygon)
     gvg = single_gvg(World("hall", space, SE2(-20.0, 0.0, 0.0), np.empty((0, 2))), Rules())
-    assert counts(gvg) == (4, 1, 4, 0)
-    assert [node.degree for node in gvg.nodes if node.kind is TrueKind.OPEN] == [4]
+    assert counts(gvg) == (4, 4, 8, 1)
+    # The open middle begins 5 m from the walls, and the edges lie half-way.
+    halfway = [edge for edge in gvg.edges if gvg.nodes[edge.u].degree == gvg.nodes[edge.v].degree == 3]
+    away = [shapely.Point(xy).distance(hall.exterior) for edge in halfway for xy in edge.polyline[20:-20]]
+    assert 2.4 < np.median(away) < 2.6
+
+
+def test_a_pillar_out_in_the_open_is_out_of_reach_of_the_graph() -> None:
+    hall = shapely.box(0.0, 0.0, 40.0, 40.0).difference(shapely.box(19.0, 19.0, 21.0, 21.0))
+    assert isinstance(hall, shapely.Polygon)
+    by_wall = single_gvg(World("hall", hall, SE2(2.0, 20.0, 0.0), np.empty((0, 2))), Rules(spur_least_m=2.0))
+    by_pillar = single_gvg(World("hall", hall, SE2(17.0, 20.0, 0.0), np.empty((0, 2))), Rules(spur_least_m=2.0))
+    assert by_wall.nodes == by_pillar.nodes == ()  # a ring each, on which nothing is decided
 
 
 def test_a_corridor_without_a_choice_has_two_boundary_nodes_and_a_ring_none() -> None:

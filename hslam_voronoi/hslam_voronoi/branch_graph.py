@@ -38,12 +38,11 @@ class Branch:
 
 @dataclass(eq=False)
 class Hub:
-    """One node: where it is, its clearance, whether it stands for an open place, and what was merged into it."""
+    """One node: where it is, its clearance, and what was merged into it."""
 
     x: float
     y: float
     clearance: float
-    is_open: bool = False
     members: list[tuple[float, float]] = field(default_factory=list)
     ends: list[End] = field(default_factory=list)
     """The branch ends that meet here, counter-clockwise; a loop has two."""
@@ -58,9 +57,9 @@ class BranchGraph:
         self.branches: dict[int, Branch] = {}
         self._next_branch = 0
 
-    def add_hub(self, number: int, x: float, y: float, clearance: float, *, is_open: bool = False) -> None:
+    def add_hub(self, number: int, x: float, y: float, clearance: float) -> None:
         """Add a node without branches."""
-        self.hubs[number] = Hub(x, y, clearance, is_open, [(x, y)])
+        self.hubs[number] = Hub(x, y, clearance, [(x, y)])
 
     def add_branch(self, u: int, v: int, path: Array) -> None:
         """Add an edge along ``path`` (k x 3); call `order_ends` when all are there."""
@@ -87,10 +86,10 @@ class BranchGraph:
         return len(self.hubs[number].ends)
 
     def collapse(self) -> None:
-        """Join the two branches of every node of degree two; an open node stays, and so does a lone loop's."""
+        """Join the two branches of every node of degree two; a lone loop's stays."""
         for number in list(self.hubs):
             ends = self.hubs[number].ends
-            if len(ends) != 2 or self.hubs[number].is_open or ends[0][0] == ends[1][0]:
+            if len(ends) != 2 or ends[0][0] == ends[1][0]:
                 continue
             (first, a), (second, b) = ends
             before, after = self.branches.pop(first), self.branches.pop(second)
@@ -104,8 +103,7 @@ class BranchGraph:
     def contract(self, number: int) -> int:
         """Merge the two nodes of a branch into the one with the larger clearance; return that one."""
         branch = self.branches[number]
-        u, v = self.hubs[branch.u], self.hubs[branch.v]
-        end = 1 if (v.is_open, v.clearance) > (u.is_open, u.clearance) else 0
+        end = 1 if self.hubs[branch.v].clearance > self.hubs[branch.u].clearance else 0
         keep, gone = branch.node(end), branch.node(1 - end)
         bridge = branch.path_from(end)
         # What left the vanished node, from the bridge onwards, takes the bridge's place in the order.

@@ -12,14 +12,11 @@ from hslam_voronoi.branch_graph import BranchGraph
 Indices = npt.NDArray[np.signedinteger[Any]]
 
 
-def joined_chains(
-    points: Array, links: Indices, open_places: Collection[int] = (), nodes: Collection[int] = ()
-) -> BranchGraph:
+def joined_chains(points: Array, links: Indices, nodes: Collection[int] = ()) -> BranchGraph:
     """Return the graph whose branches are the chains between points of degree other than two.
 
     ``points`` are n x 3 (x, y, clearance, m), ``links`` m x 2 pairs of neighbours.  A point in ``nodes`` is a node
-    whatever its degree, and so is one in ``open_places``, which stands for an open place: its branches are measured
-    from that place's contour.
+    whatever its degree.
     """
     neighbours: dict[int, list[int]] = {}
     for a, b in links.tolist():
@@ -27,8 +24,8 @@ def joined_chains(
         neighbours.setdefault(b, []).append(a)
     graph = BranchGraph()
     for number in sorted(neighbours):
-        if len(neighbours[number]) != 2 or number in open_places or number in nodes:
-            graph.add_hub(number, *points[number].tolist(), is_open=number in open_places)
+        if len(neighbours[number]) != 2 or number in nodes:
+            graph.add_hub(number, *points[number].tolist())
     seen: set[tuple[int, int]] = set()
     for number in list(graph.hubs):
         for first in neighbours[number]:
@@ -39,8 +36,6 @@ def joined_chains(
                 a, b = neighbours[chain[-1]]
                 chain.append(b if a == chain[-2] else a)
             seen.add((chain[-1], chain[-2]))
-            # An open place's branches are measured from its contour, so its centre is no part of the path.
-            path = points[[p for p in chain if p not in open_places]] if len(chain) > 2 else points[chain]
-            graph.add_branch(chain[0], chain[-1], path)
+            graph.add_branch(chain[0], chain[-1], points[chain])
     graph.order_ends()
     return graph

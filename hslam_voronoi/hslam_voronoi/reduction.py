@@ -88,8 +88,7 @@ def _merge(graph: BranchGraph, rules: ReductionRules) -> None:
 
 
 def _is_short(graph: BranchGraph, branch: Branch, rules: ReductionRules) -> bool:
-    # Open places merge whatever their degree: a clearance that wavers about the limit makes a row of them.
-    joins = all(graph.degree(end) >= 3 or graph.hubs[end].is_open for end in (branch.u, branch.v))
+    joins = all(graph.degree(end) >= 3 for end in (branch.u, branch.v))
     return branch.u != branch.v and joins and branch.length < rules.merge_ratio * _clearance(graph, branch)
 
 

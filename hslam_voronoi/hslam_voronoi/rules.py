@@ -21,3 +21,9 @@ class ReductionRules(Configuration):
     loop_ratio: float = parameter(
         3.2, "a loop at one node shorter than this many clearances is none", low=0.1, high=20.0
     )
+    open_m: float = parameter(
+        5.0, "what is farther than this from every wall is open space, which counts as an obstacle", low=1.0,
+        high=100.0, unit="m",
+    )  # fmt: skip
+    """The extended Voronoi graph (Beeson, Jong and Kuipers, 2005): a hall wider than the sensor reaches has no
+    ridge in sight; its open middle, taken for an obstacle, gives one along the walls that a robot can see."""

@@ -45,6 +45,18 @@ class Accessing:
     """The odometer's angle when it began (rad)."""
     way: float | None = None
     """The direction to follow it in (rad, odom), None for that of the robot."""
+    crossed: bool = False
+    """Whether the robot has driven on in the open as far as it may."""
+
+
+@dataclass(frozen=True, slots=True)
+class Crossing:
+    """Straight on through open space, to where there is a graph."""
+
+    heading: float
+    """Direction of the drive (rad, odom)."""
+    until_m: float
+    """The odometer's reading at which it is given up."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,12 +144,13 @@ class BackingOff:
     steps: int
 
 
-Doing = Idle | Turning | Accessing | GoingStraight | Following | Attending | Homing | Returning | BackingOff
+Doing = Idle | Turning | Accessing | Crossing | GoingStraight | Following | Attending | Homing | Returning | BackingOff
 
 KINDS: dict[type[Doing], GvgState] = {
     Idle: GvgState.IDLE,
     Turning: GvgState.TURNING,
     Accessing: GvgState.LISTENING,
+    Crossing: GvgState.ACCESSING,
     GoingStraight: GvgState.STRAIGHT,
     Following: GvgState.TRACING,
     Attending: GvgState.TRACING,

@@ -9,6 +9,7 @@ from hslam_gvg.driving.doing import (
     Accessing,
     Attending,
     BackingOff,
+    Crossing,
     Doing,
     Following,
     GoingStraight,
@@ -21,7 +22,7 @@ from hslam_gvg.driving.doing import (
 from hslam_gvg.driving.follow import attend, follow
 from hslam_gvg.driving.home import go_back, home
 from hslam_gvg.driving.now import Now, Step
-from hslam_gvg.driving.set_out import access, go_straight, turn
+from hslam_gvg.driving.set_out import access, cross, go_straight, turn
 from hslam_gvg.stall import StallWatch
 from hslam_gvg.states import GvgState
 from hslam_types.sensing import OdometrySample, Velocity
@@ -45,6 +46,7 @@ STEPS: dict[type[Doing], Callable[[Any, Now], Step]] = {
     Idle: stand,
     Turning: turn,
     Accessing: access,
+    Crossing: cross,
     GoingStraight: go_straight,
     Following: follow,
     Attending: attend,

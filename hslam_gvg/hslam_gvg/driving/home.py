@@ -10,7 +10,7 @@ from hslam_gvg.driving.follow import homing_on
 from hslam_gvg.driving.listening import listening
 from hslam_gvg.driving.now import Now, Step
 from hslam_gvg.driving.pursuit import approach, pursue
-from hslam_gvg.local_graph.polyline import apart_m, chord_bearing
+from hslam_gvg.local_graph.polyline import apart_m, chord_bearing, straight_on
 from hslam_types.gvg_events import NodeKind, NodeView
 from hslam_types.se2 import Array, wrap
 from hslam_types.sensing import Velocity
@@ -114,8 +114,7 @@ def _onward(path: Array, now: Now) -> Array:
     heading = now.around.pose.theta
     if len(trail) > 3:
         heading = math.atan2(trail[0, 1] - trail[-1, 1], trail[0, 0] - trail[-1, 0])
-    on = np.arange(0.0, STRAIGHT_ON_M, 0.1)
-    return np.column_stack((x + on * math.cos(heading), y + on * math.sin(heading), np.full(len(on), 0.3)))
+    return straight_on(x, y, heading, STRAIGHT_ON_M, 0.3)
 
 
 def _arrived(hub: Hub, paths: list[Array], now: Now) -> Step:

@@ -4,13 +4,13 @@ import math
 
 import numpy as np
 
-from hslam_gvg.driving.doing import Accessing, Following, GoingStraight, Idle, Turning
+from hslam_gvg.driving.doing import Accessing, Crossing, Following, GoingStraight, Idle, Turning
 from hslam_gvg.driving.listening import listening
 from hslam_gvg.driving.now import Now, Step
-from hslam_gvg.driving.pursuit import approach
+from hslam_gvg.driving.pursuit import approach, pursue
 from hslam_gvg.driving.traversal import Leg
 from hslam_gvg.local_graph.local_graph import LocalGraph, Way
-from hslam_gvg.local_graph.polyline import turned_from
+from hslam_gvg.local_graph.polyline import straight_on, turned_from
 from hslam_gvg.motion import turn_to
 from hslam_types.se2 import wrap
 from hslam_types.sensing import Velocity
@@ -26,6 +26,8 @@ DIRECTION_M = 0.8
 LEFT_ALONE_M, LEFT_ALONE_CLEARANCES = 0.8, 1.5
 """The node left is not noticed again for so much travel; the first adds to how far the robot looks back."""
 STRAIGHT_BLOCKS = 2
+AHEAD_M = 1.2
+"""So far ahead lies what is driven to in the open."""
 
 
 def turn(doing: Turning, now: Now) -> Step:
@@ -58,10 +60,25 @@ def access(doing: Accessing, now: Now) -> Step:
         now.handled.clear()
         here = np.array([[around.pose.x, around.pose.y, around.clearance(around.pose.x, around.pose.y)]])
         return Step(Velocity(), Following(np.vstack((here, way.path))))
+    if around.is_in_the_open() and not doing.crossed:
+        return Step(Velocity(), Crossing(heading, around.travel_m + now.config.across_m))
     if waited_s < now.config.access_s:
         return Step(Velocity(0.0, SEARCHING_RAD_S), doing)
     now.traversal.lose()
     return Step(Velocity(), Idle())
+
+
+def cross(doing: Crossing, now: Now) -> Step:
+    """Drive straight on until the open is left or a graph is in reach; whichever it is, access goes on from there."""
+    around = now.around
+    if around.look_is_due():
+        around.look()
+    given_up = around.travel_m >= doing.until_m
+    in_reach = around.graph is not None and _way_in_reach(around.graph, doing.heading, now) is not None
+    if given_up or in_reach or not around.is_in_the_open():
+        return Step(Velocity(), Accessing(now.stamp_ns, around.turned, doing.heading, crossed=given_up))
+    ahead = straight_on(around.pose.x, around.pose.y, doing.heading, AHEAD_M, AHEAD_M)
+    return Step(pursue(ahead, around, now.config), doing)
 
 
 def go_straight(doing: GoingStraight, now: Now) -> Step:

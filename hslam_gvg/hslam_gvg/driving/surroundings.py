@@ -8,6 +8,7 @@ import numpy as np
 
 from hslam_gvg.follow_config import FollowConfig
 from hslam_gvg.guards.body_guard import limited
+from hslam_gvg.local_graph import open_space
 from hslam_gvg.local_graph.graph_config import LocalGraphConfig
 from hslam_gvg.local_graph.local_graph import LocalGraph, local_graph
 from hslam_gvg.ranging.local_map import LocalMap
@@ -37,6 +38,7 @@ class Surroundings:
         """The reduced GVG as of the last look."""
         self.points: Array = np.zeros((0, 2))
         """The obstacle points as of the last look, n x 2."""
+        self._open_space = open_space.NONE
         self._looked_m = -math.inf
 
     @property
@@ -96,11 +98,18 @@ class Surroundings:
         """Make the local graph anew from what the map has now."""
         self._looked_m = self.travel_m
         self.points = self.map.obstacle_points()
+        self._open_space = self.map.open_space()
         if len(self.points) < FEW_POINTS:
             self.graph = None
             return
         x, y, _ = self.pose
-        self.graph = local_graph(self.points, self.map.is_free, x, y, self._graph_config, self.map.gaps)
+        self.graph = local_graph(
+            self.points, self.map.is_free, x, y, self._graph_config, self.map.gaps, self._open_space
+        )
+
+    def is_in_the_open(self) -> bool:
+        """Whether the robot is in open space, by the last look: there is no graph to follow there."""
+        return bool(self._open_space.holds(np.array([self.pose.x]), np.array([self.pose.y]))[0])
 
     def look_is_due(self) -> bool:
         """Whether the robot has travelled far enough since the last look."""

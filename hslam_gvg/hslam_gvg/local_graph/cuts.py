@@ -18,25 +18,6 @@ Indices = npt.NDArray[np.int64]
 IsFree = Callable[[Array, Array], Mask]
 
 FREE_STEP_M = 0.1
-EXIT_M = 0.3
-"""An exit lies so far along the ridge that leads into the unknown."""
-
-
-def at_vertices(vertices: Array, links: Indices, known: Mask, within: Mask) -> tuple[Array, Indices, dict[int, float]]:
-    """Give each link that leaves the known an exit of its own; return also how far (m) it may go on, by exit."""
-    extra: list[Array] = []
-    beyond: dict[int, float] = {}
-    for column in (1, 0):
-        for row in np.flatnonzero(~known[links[:, column]]):
-            inside, outside = vertices[links[row, 1 - column]], vertices[links[row, column]]
-            way = outside[:2] - inside[:2]
-            share = min(1.0, EXIT_M / max(math.hypot(*way), 1e-9))
-            number = len(vertices) + len(extra)
-            # What lies beyond the horizon is known to the map; what is unknown may at least be as wide as its mouth.
-            beyond[number] = math.inf if not within[links[row, column]] else float(inside[2]) + EXIT_M
-            extra.append(np.array([*(inside[:2] + share * way), inside[2]]))
-            links[row, column] = number
-    return np.vstack([vertices, *extra]), links, beyond
 
 
 def in_gaps(

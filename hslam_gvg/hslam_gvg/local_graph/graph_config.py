@@ -18,7 +18,7 @@ class LocalGraphConfig(Configuration):
         0.08, "obstacle points closer together than about this are averaged", low=0.02, high=0.3, unit="m"
     )
     into_free_m: float = parameter(
-        0.0, "a ridge whose next vertex is not known is followed so far while the space on it is free", low=0.0,
+        3.0, "a ridge whose next vertex is not known is followed so far while the space on it is free", low=0.0,
         high=10.0, unit="m",
     )  # fmt: skip
     exit_credit: float = parameter(
@@ -37,10 +37,6 @@ class RingGraphConfig(LocalGraphConfig):
     """The same for a ring of sonars, which hears walls abreast and free space ahead."""
 
     horizon_m: float = parameter(5.0, "the graph is made out to this distance at most", low=2.0, high=30.0, unit="m")
-    into_free_m: float = parameter(
-        3.0, "a ridge whose next vertex is not known is followed so far while the space on it is free", low=0.0,
-        high=10.0, unit="m",
-    )  # fmt: skip
     exit_credit: float = parameter(
         3.0, "how far a branch is taken to go on beyond where the known ends, in widths of its mouth", low=0.0, high=5.0
     )

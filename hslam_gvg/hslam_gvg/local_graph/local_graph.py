@@ -14,9 +14,11 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import Delaunay
 
 from hslam_gvg.local_graph import cuts
+from hslam_gvg.local_graph import open_space as open_spaces
 from hslam_gvg.local_graph.cuts import Indices, IsFree
 from hslam_gvg.local_graph.gaps import SHUT, UNKNOWN, Gaps
 from hslam_gvg.local_graph.graph_config import LocalGraphConfig
+from hslam_gvg.local_graph.open_space import OpenSpace
 from hslam_gvg.local_graph.polyline import resampled
 from hslam_gvg.voronoi_graph import circumcircles, ridge_clearance, ridges
 from hslam_types.se2 import Array
@@ -111,12 +113,20 @@ class LocalGraph:
 
 
 def local_graph(
-    points: Array, is_free: IsFree, x: float, y: float, config: LocalGraphConfig, gaps: GapsBetween | None = None
+    points: Array,
+    is_free: IsFree,
+    x: float,
+    y: float,
+    config: LocalGraphConfig,
+    gaps: GapsBetween | None = None,
+    open_space: OpenSpace = open_spaces.NONE,
 ) -> LocalGraph | None:
     """Return the part nearest to (x, y) of the graph of obstacle points (n x 2, m, odom); None where there is none.
 
     ``gaps`` tells what is known of the gaps that ridges go through (their ends: n x 2, n x 2); without it all are open.
+    ``open_space`` counts as an obstacle.
     """
+    points = np.concatenate((points, open_space.outline))
     clearance = float(np.hypot(points[:, 0] - x, points[:, 1] - y).min(initial=math.inf))
     wanted = max(config.horizon_least_m, config.horizon_clearances * clearance + 2.0)
     horizon = min(config.horizon_m, wanted)
@@ -136,26 +146,22 @@ def local_graph(
         doubted[across] = known_of == UNKNOWN
     within = np.einsum("ij,ij->i", centre, centre) < horizon * horizon
     known = within.copy()
-    known[within] = is_free(centre[within, 0] + x, centre[within, 1] + y)
+    px, py = centre[within, 0] + x, centre[within, 1] + y
+    known[within] = is_free(px, py) & ~open_space.holds(px, py)
     kept &= known[first] | known[second]
     if not kept.any():
         return None
     links = np.column_stack((first[kept], second[kept])).astype(np.int64)
     vertices = np.column_stack((centre, radius))
-    doubts = np.zeros((0, 2))
-    if config.into_free_m > 0.0:
-        middle = np.column_stack((0.5 * (begin + end), 0.5 * apart))[kept]
-        vertices, links, ends = cuts.in_gaps(vertices, links, known, middle, doubted[kept])
-        sites_of = np.concatenate((begin[kept][~doubted[kept]], np.zeros((len(ends), 2))))
-        known = np.concatenate((known, np.ones(len(ends), bool)))
-        vertices, links, beyond = cuts.at_end_of_free(
-            vertices, links, known, sites_of, lambda px, py: is_free(px + x, py + y), config, horizon
-        )
-        cut = vertices, links, beyond | ends
-        doubts = vertices[list(ends), :2] + (x, y)
-    else:
-        cut = cuts.at_vertices(vertices, links, known, within)
-    return _reduced(*cut, doubts, x, y, exits_by_ratio=config.exits_by_ratio)
+    middle = np.column_stack((0.5 * (begin + end), 0.5 * apart))[kept]
+    vertices, links, ends = cuts.in_gaps(vertices, links, known, middle, doubted[kept])
+    sites_of = np.concatenate((begin[kept][~doubted[kept]], np.zeros((len(ends), 2))))
+    known = np.concatenate((known, np.ones(len(ends), bool)))
+    vertices, links, beyond = cuts.at_end_of_free(
+        vertices, links, known, sites_of, lambda px, py: is_free(px + x, py + y), config, horizon
+    )
+    doubts = vertices[list(ends), :2] + (x, y)
+    return _reduced(vertices, links, beyond | ends, doubts, x, y, exits_by_ratio=config.exits_by_ratio)
 
 
 def _sites(points: Array, x: float, y: float, horizon: float, cell_m: float) -> Array:

@@ -11,6 +11,13 @@ SPACING_M = 0.08
 COMPARED_FROM_M, COMPARED_EVERY_M = 0.2, 0.1
 
 
+def straight_on(x: float, y: float, direction: float, way_m: float, clearance_m: float) -> Array:
+    """Return the path from a place straight on in a direction (rad)."""
+    along = np.arange(0.0, way_m, SPACING_M)
+    ahead = x + along * math.cos(direction), y + along * math.sin(direction)
+    return np.column_stack((*ahead, np.full(len(along), clearance_m)))
+
+
 def arc_lengths(path: Array) -> Array:
     """Return the way (m) from the path's beginning to each of its points."""
     return np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(path[:, 0]), np.diff(path[:, 1])))])

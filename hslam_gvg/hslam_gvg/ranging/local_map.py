@@ -3,6 +3,7 @@
 from typing import Any, Protocol
 
 from hslam_gvg.local_graph.gaps import Gaps
+from hslam_gvg.local_graph.open_space import OpenSpace
 from hslam_gvg.ranging.rolling_grid import Mask
 from hslam_types.se2 import SE2, Array
 from hslam_types.sensing import OdometrySample, Velocity
@@ -25,6 +26,9 @@ class LocalMap(Protocol):
 
     def is_free(self, x: Array, y: Array) -> Mask:
         """Return which points lie where it is known to be free."""
+
+    def open_space(self) -> OpenSpace:
+        """Return where it is known free, and far from every obstacle known."""
 
     def gaps(self, begin: Array, end: Array) -> Gaps:
         """Return of each gap between two obstacle points (each n x 2) whether it is open, shut, or nobody knows."""

@@ -92,10 +92,30 @@ class RollingGrid:
 
     def is_free(self, x: Array, y: Array) -> Mask:
         """Return which points lie in cells known to be free."""
+        return self.contains(self.state == FREE, x, y)
+
+    def contains(self, mask: Mask, x: Array, y: Array) -> Mask:
+        """Return which points lie in the cells of a mask (by row and column, as the square lies now)."""
         row, column, inside = self.cells(x, y)
-        known = np.zeros(len(x), bool)
-        known[inside] = self.state[row, column] == FREE
-        return known
+        within = np.zeros(len(x), bool)
+        within[inside] = mask[row, column]
+        return within
+
+    def free_and_far(self, distance_m: float) -> Mask:
+        """Return which cells are known to be free and farther than a distance from every obstacle."""
+        free = self.state == FREE
+        occupied = self.state == OCCUPIED
+        if not occupied.any():
+            return np.asarray(free)
+        away = cv2.distanceTransform((~occupied).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+        return np.asarray(free & (away * self.cell_m > distance_m))
+
+    def outline(self, mask: Mask) -> Array:
+        """Return the middles (n x 2, m) of those cells of a mask that have a neighbour outside it."""
+        found, _ = cv2.findContours(mask.astype(np.uint8), cv2.RETR_LIST, cv2.CHAIN_APPROX_NONE)
+        cells = np.concatenate([contour[:, 0] for contour in found]) if found else np.zeros((0, 2))
+        outline: Array = (cells + np.array([self.column_0 + 0.5, self.row_0 + 0.5])) * self.cell_m
+        return outline
 
 
 def _roll(grid: npt.NDArray[np.generic], right: int, up: int, empty: float) -> None:

@@ -1,22 +1,27 @@
 """The scanner's map as the driving wants it: which scans are mapped, and what the newest one shows near the body."""
 
+import functools
 import math
 
 import numpy as np
 
 from hslam_gvg.follow_config import FollowConfig
 from hslam_gvg.local_graph.gaps import OPEN, Gaps
+from hslam_gvg.local_graph.open_space import OpenSpace
 from hslam_gvg.ranging.rolling_grid import Mask
 from hslam_gvg.ranging.scan_map import ScanMap
 from hslam_gvg.ranging.scan_map_config import ScanMapConfig
 from hslam_gvg.ranging.scan_match import Drift, matched, surface
 from hslam_types.se2 import SE2, Array, wrap
 from hslam_types.sensing import OdometrySample, RangeScan, Velocity
+from hslam_voronoi.rules import ReductionRules
 
 STANDING_M, STANDING_RAD = 0.003, 0.002
 """What odometry may be wrong by without any way."""
 NEAR_M = 0.8
 """Ends farther from the body do not matter to the next moves."""
+OPEN_SHARE = 0.625
+"""Open space begins at this share of the map's reach at most: a wall and the open space before it are seen at once."""
 
 
 class ScannedMap:
@@ -57,6 +62,12 @@ class ScannedMap:
     def is_free(self, x: Array, y: Array) -> Mask:
         """Return which points lie in cells known to be free."""
         return self._map.grid.is_free(x, y)
+
+    def open_space(self) -> OpenSpace:
+        """Return what is free and farther from every obstacle than the truth's rules say, as far as the map reaches."""
+        grid = self._map.grid
+        far = grid.free_and_far(min(ReductionRules().open_m, OPEN_SHARE * self._mapping.reach_m))
+        return OpenSpace(grid.outline(far), functools.partial(grid.contains, far))
 
     def gaps(self, begin: Array, end: Array) -> Gaps:
         """Return that all gaps are open: a scanner draws walls whole."""

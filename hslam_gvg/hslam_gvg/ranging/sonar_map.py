@@ -11,7 +11,9 @@ import numpy as np
 
 from hslam_gvg.guards.ring_guard import RingGuard, RingGuardConfig
 from hslam_gvg.guards.wariness import wary
+from hslam_gvg.local_graph import open_space
 from hslam_gvg.local_graph.gaps import OPEN, SHUT, UNKNOWN, Gaps
+from hslam_gvg.local_graph.open_space import OpenSpace
 from hslam_gvg.ranging.cone_ping import ConePing, PingPlaces, cone_pings
 from hslam_gvg.ranging.ping_memory import CORE, PingMemory
 from hslam_gvg.ranging.reflectors import Reflectors
@@ -81,6 +83,10 @@ class SonarMap:
     def is_free(self, x: Array, y: Array) -> Mask:
         """Return which points lie in cells known to be free."""
         return self._grid.is_free(x, y)
+
+    def open_space(self) -> OpenSpace:
+        """Return none: silence shows nothing, so that no place is known to be far from walls."""
+        return open_space.NONE
 
     def gaps(self, begin: Array, end: Array) -> Gaps:
         """Return which gaps are open: those pings went through, and wide ones; where pings ended they are shut."""

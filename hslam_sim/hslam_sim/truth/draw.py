@@ -14,8 +14,8 @@ from hslam_sim.truth.gvg import TrueGvg, TrueKind, TrueNode
 from hslam_sim.world import World
 
 FLOOR, WALL, EDGE = "#ffffff", "#5b6470", "#1f6fb4"
-COLOURS = {TrueKind.MEET_POINT: "#d1495b", TrueKind.BOUNDARY_POINT: "#edae49", TrueKind.OPEN: "#66a182"}
-LABELS = {TrueKind.MEET_POINT: "meet point", TrueKind.BOUNDARY_POINT: "boundary point", TrueKind.OPEN: "open place"}
+COLOURS = {TrueKind.MEET_POINT: "#d1495b", TrueKind.BOUNDARY_POINT: "#edae49"}
+LABELS = {TrueKind.MEET_POINT: "meet point", TrueKind.BOUNDARY_POINT: "boundary point"}
 
 
 def draw_true_gvg(world: World, gvg: TrueGvg, path: Path) -> None:

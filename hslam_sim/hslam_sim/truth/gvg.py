@@ -15,8 +15,6 @@ class TrueKind(IntEnum):
 
     MEET_POINT = 1
     BOUNDARY_POINT = 2
-    OPEN = 3
-    """A place wider than the sonar reaches, taken as one node."""
 
 
 @dataclass(frozen=True, slots=True)

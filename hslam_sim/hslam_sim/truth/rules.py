@@ -21,6 +21,3 @@ class Rules(ReductionRules):
         high=2.0,
         unit="m",
     )
-    open_m: float = parameter(
-        6.0, "beyond this clearance (the sonar's reach) space is open", low=1.0, high=100.0, unit="m"
-    )

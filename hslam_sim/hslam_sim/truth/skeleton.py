@@ -39,9 +39,15 @@ class Ridges:
     """The two vertices of each ridge, m x 2."""
 
 
-def wall_ridges(free_space: shapely.Polygon, rules: Rules, noise_m: float, rng: np.random.Generator) -> Ridges:
-    """Return the ridges between the walls of ``free_space``, its samples displaced by ``noise_m`` (std)."""
-    rings = [_sampled(np.asarray(ring.coords), rules.sample_m) for ring in (free_space.exterior, *free_space.interiors)]
+def without_open_space(free_space: shapely.Polygon, open_m: float) -> shapely.Geometry:
+    """Return the free space but for what is farther than ``open_m`` from every wall: a polygon, or several."""
+    return free_space.difference(free_space.buffer(-open_m))
+
+
+def wall_ridges(near_walls: shapely.Geometry, rules: Rules, noise_m: float, rng: np.random.Generator) -> Ridges:
+    """Return the ridges between the outlines of ``near_walls``, their samples displaced by ``noise_m`` (std)."""
+    outlines = [ring for part in shapely.get_parts(near_walls) for ring in (part.exterior, *part.interiors)]
+    rings = [_sampled(np.asarray(ring.coords), rules.sample_m) for ring in outlines]
     if noise_m > 0.0:
         rings = [_jittered(ring, noise_m, rng) for ring in rings]
     sites = np.concatenate(rings)
@@ -59,13 +65,13 @@ def wall_ridges(free_space: shapely.Polygon, rules: Rules, noise_m: float, rng: 
     return Ridges(np.column_stack([places[used], clearance[used]]), renumbered.reshape(-1, 2).astype(np.int64))
 
 
-def reachable(ridges: Ridges, free_space: shapely.Polygon, start: tuple[float, float], reach_m: float) -> Skeleton:
+def reachable(ridges: Ridges, near_walls: shapely.Geometry, start: tuple[float, float], reach_m: float) -> Skeleton:
     """Return the ridges a disc of radius ``reach_m`` gets to from ``start`` (in map), the largest connected part.
 
     The GVG alone need not be connected, but a robot that follows it finds one part; and fragments hang about
     the corners of pilasters where the wall samples are noisy.
     """
-    reach = _reach(free_space, start, reach_m)
+    reach = _reach(near_walls, start, reach_m)
     usable = shapely.contains_xy(reach, ridges.vertices[:, 0], ridges.vertices[:, 1])
     ends = ridges.ends[usable[ridges.ends].all(axis=1)]
     kept, links = np.unique(_largest_part(ends, len(ridges.vertices)), return_inverse=True)
@@ -82,9 +88,9 @@ def _largest_part(ends: Indices, count: int) -> Indices:
     return largest
 
 
-def _reach(free_space: shapely.Polygon, start: tuple[float, float], reach: float) -> shapely.Geometry:
-    """Return the part of the free space with ``reach`` clearance nearest to the start."""
-    parts = shapely.get_parts(free_space.buffer(-reach))
+def _reach(near_walls: shapely.Geometry, start: tuple[float, float], reach: float) -> shapely.Geometry:
+    """Return the part with ``reach`` clearance nearest to the start."""
+    parts = shapely.get_parts(shapely.buffer(near_walls, -reach))
     if len(parts) == 0:
         return shapely.Polygon()
     nearest: shapely.Geometry = parts[int(np.argmin(shapely.distance(parts, shapely.Point(start))))]
