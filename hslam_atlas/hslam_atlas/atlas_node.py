@@ -15,10 +15,11 @@ from rclpy.node import Node
 from hslam_atlas.atlas_in_use import AtlasInUse
 from hslam_atlas.atlas_picture import AtlasPicture
 from hslam_atlas.atlas_services import AtlasServices
-from hslam_atlas.atlas_status import status_of, whereabouts_to_msg
+from hslam_atlas.atlas_status import diagnostics_to_msg, status_of
 from hslam_atlas.config import AtlasConfig
 from hslam_atlas.errand_topics import ErrandTopics
 from hslam_atlas.gvg_client import GvgClient
+from hslam_atlas.inbox import Inbox, Met
 from hslam_atlas.mission_actions import MissionActions, out_of_reach
 from hslam_atlas.robot_sense import RobotSense, unmapped
 from hslam_atlas.server import AtlasOutput, AtlasServer
@@ -29,14 +30,10 @@ from hslam_ros.qos import CYCLE, EVENTS
 from hslam_ros.spin import run
 from hslam_ros.stamps import NS_PER_S
 from hslam_ros.step_order import TIME, Cycle, StepOrder
-from hslam_types import edge_map, gvg_events
 from hslam_types.answer import Answer
 from hslam_types.config import Configuration, parameter
 from hslam_types.se2 import SE2
 
-Events = tuple[gvg_events.GvgEvent, ...]
-Maps = tuple[edge_map.EdgeMap, ...]
-Links = tuple[edge_map.FrameLink, ...]
 _SAVE_AGAIN_S = 1.0
 """How often it is tried again to write an atlas that could not be written."""
 
@@ -66,6 +63,7 @@ class AtlasNode(Node):
         hold_ns = None if self._config.lockstep else round(self._config.hold_back_s * NS_PER_S)
         promised = {"events": EVENTS.depth, "maps": EVENTS.depth}
         self._order = StepOrder(promised=promised, hold_ns=hold_ns, take_up=not self._server.state.graph.nodes)
+        self._inbox = Inbox(waits=not self._config.lockstep)
         self._door = Door(self)
         self._cycles: list[Cycle] = []
         self._deciding = False
@@ -119,6 +117,7 @@ class AtlasNode(Node):
 
     def _on_ekf_answer(self, answer: Answer) -> None:
         self._sense.hear_ekf(answer)
+        self._inbox.hear(answer)
         self._order.promise("maps", answer.stamp_ns, answer.outputs)
         self._work()
 
@@ -132,30 +131,30 @@ class AtlasNode(Node):
             self.get_logger().warning(f"{stream}: {what}")
         if cycle.anew.keys() & {TIME, "events"}:
             self._server.lose()
-        events: Events = cycle.inputs["events"]
-        maps = tuple(item for item in cycle.inputs["maps"] if isinstance(item, edge_map.EdgeMap))
-        links = tuple(item for item in cycle.inputs["maps"] if isinstance(item, edge_map.FrameLink))
-        arrival = unmapped(events, maps) if self._server.dispatch.locator is not None else None
+            self._inbox.clear()
+        inputs = cycle.inputs
+        met = self._inbox.take(cycle.stamp_ns, inputs["events"], inputs["maps"], cycle.complete_ns["maps"])
+        for line in self._inbox.news():
+            self.get_logger().warning(line)
+        arrival = unmapped(met.events, met.edge_maps) if self._server.dispatch.locator is not None else None
         if arrival is None:
-            self._decide(cycle.stamp_ns, events, maps, links)
+            self._decide(cycle.stamp_ns, met)
             return
         self._deciding = True  # what was seen on the way there says where it is
-        self._sense.wait_for_map(
-            arrival, lambda: self._go_on(partial(self._decide, cycle.stamp_ns, events, maps, links))
-        )
+        self._sense.wait_for_map(arrival, lambda: self._go_on(partial(self._decide, cycle.stamp_ns, met)))
 
     def _go_on(self, deferred: Callable[[], None]) -> None:
         self._deciding = False
         deferred()
         self._work()
 
-    def _decide(self, stamp_ns: int, events: Events, maps: Maps, links: Links) -> None:
+    def _decide(self, stamp_ns: int, met: Met) -> None:
         sense = self._sense.at(stamp_ns)
-        out = self._server.step(events, maps, links, sense)
+        out = self._server.step(met.events, met.edge_maps, met.links, sense)
         self._tell_of_saving()
         if out.changed:
             self._picture.show_graph(stamp_ns)
-        if events:
+        if met.events:
             self._picture.show_frame(sense.traversal, stamp_ns)
         if out.goal is None:
             self._answer(stamp_ns, out)
@@ -178,7 +177,8 @@ class AtlasNode(Node):
     def _answer(self, stamp_ns: int, out: AtlasOutput) -> None:
         status = status_of(self._server, out, stamp_ns)
         status.node, status.outputs = self.get_name(), self._outputs
-        status.detail += f"; {self._door.report()}" if self._door.refused else ""
+        for more in (self._door.report(), self._inbox.awaited(stamp_ns)):
+            status.detail += f"; {more}" if more else ""
         self._status.publish(status)
         self._stamp_ns = stamp_ns
         self._actions.after_step(out, stamp_ns)
@@ -193,7 +193,7 @@ class AtlasNode(Node):
     def _look_after(self) -> None:
         """Do what is due now and then: save what could not be, say whether the robot's place is known."""
         self._sense.look()
-        self._diagnostics.publish(whereabouts_to_msg(self._server, self._stamp_ns))
+        self._diagnostics.publish(diagnostics_to_msg(self._server, self._inbox, self._stamp_ns))
         if self._server.unsaved is not None:
             self._server.try_to_save()
         self._tell_of_saving()

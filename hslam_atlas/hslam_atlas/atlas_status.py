@@ -1,8 +1,9 @@
-"""What the node says of itself: its answer to a cycle, and whether it knows where the robot is."""
+"""What the node says of itself: its answer to a cycle, whether it knows where the robot is and has all its maps."""
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from hslam_msgs.msg import NodeStatus
 
+from hslam_atlas.inbox import Inbox
 from hslam_atlas.missions.navigate import Navigate, Progress
 from hslam_atlas.server import AtlasOutput, AtlasServer
 from hslam_ros.conversions import header
@@ -31,11 +32,16 @@ def status_of(server: AtlasServer, out: AtlasOutput, stamp_ns: int) -> NodeStatu
     return status
 
 
-def whereabouts_to_msg(server: AtlasServer, stamp_ns: int) -> DiagnosticArray:
-    """Return whether the robot's place is known, as diagnostics."""
+def diagnostics_to_msg(server: AtlasServer, inbox: Inbox, stamp_ns: int) -> DiagnosticArray:
+    """Return what there is to be told now and then, as diagnostics of the time (ns) of the last cycle."""
+    return DiagnosticArray(header=header(stamp_ns, ""), status=[_whereabouts(server), _edge_maps(inbox, stamp_ns)])
+
+
+def _whereabouts(server: AtlasServer) -> DiagnosticStatus:
+    """Return whether the robot's place is known."""
     node, locator = server.dispatch.about(), server.dispatch.locator
     places = 0 if locator is None else len(locator.places)
-    status = DiagnosticStatus(
+    return DiagnosticStatus(
         level=DiagnosticStatus.OK if node is not None else DiagnosticStatus.WARN,
         name="atlas: whereabouts",
         message=f"at or from node {node}" if node is not None else "where the robot is, is in doubt",
@@ -44,4 +50,17 @@ def whereabouts_to_msg(server: AtlasServer, stamp_ns: int) -> DiagnosticArray:
             KeyValue(key="places_possible", value=str(places)),
         ],
     )
-    return DiagnosticArray(header=header(stamp_ns, ""), status=[status])
+
+
+def _edge_maps(inbox: Inbox, stamp_ns: int) -> DiagnosticStatus:
+    """Return whether an event waits for what the EKF level makes of it, and how often that was late."""
+    awaited = inbox.awaited(stamp_ns)
+    return DiagnosticStatus(
+        level=DiagnosticStatus.WARN if awaited else DiagnosticStatus.OK,
+        name="atlas: edge-maps",
+        message=awaited or "none is awaited",
+        values=[
+            KeyValue(key="late", value=str(inbox.late)),
+            KeyValue(key="latest_s", value=f"{inbox.latest_s:.2f}"),
+        ],
+    )

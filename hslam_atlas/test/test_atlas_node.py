@@ -27,6 +27,7 @@ from hslam_atlas.whereabouts import Here
 from hslam_ros import conversions
 from hslam_ros.qos import CYCLE, EVENTS, LATCHED
 from hslam_ros.stamps import stamp_from_msg
+from hslam_types import edge_map, gvg_events
 from hslam_types.gvg_events import GoalKind, GvgGoal, NodeKind
 from hslam_types.se2 import SE2
 
@@ -85,12 +86,32 @@ class Rest(Node):
         about = conversions.header(stamp_ns, "")
         self._gvg.publish(NodeStatus(header=about, node="gvg", outputs=self._said["events"]))
         self._ekf.publish(NodeStatus(header=about, node="ekf", outputs=self._said["maps"]))
-        for edge_map in maps:
-            self._maps.publish(conversions.edge_map_to_msg(edge_map, stamp_ns))
-        for link in links:
-            self._links.publish(conversions.link_to_msg(link, stamp_ns))
+        self._publish(stamp_ns, maps, links)
         for event in events:
             self._events.publish(conversions.event_to_msg(event))
+
+    def say_gvg(self, stamp_ns: int, events: tuple[gvg_events.GvgEvent, ...] = ()) -> None:
+        """Publish gvg's part of a cycle alone."""
+        self._said["events"] += len(events)
+        for event in events:
+            self._events.publish(conversions.event_to_msg(event))
+        self._gvg.publish(NodeStatus(header=conversions.header(stamp_ns, ""), outputs=self._said["events"]))
+
+    def say_ekf(self, stamp_ns: int, step: Step | None, next_event: int) -> None:
+        """Publish ekf's part of a cycle alone."""
+        maps, links = (step.edge_maps, step.links) if step else ((), ())
+        self._said["maps"] += len(maps) + len(links)
+        self._publish(stamp_ns, maps, links)
+        about = conversions.header(stamp_ns, "")
+        self._ekf.publish(NodeStatus(header=about, outputs=self._said["maps"], next_event=next_event))
+
+    def _publish(
+        self, stamp_ns: int, maps: tuple[edge_map.EdgeMap, ...], links: tuple[edge_map.FrameLink, ...]
+    ) -> None:
+        for each in maps:
+            self._maps.publish(conversions.edge_map_to_msg(each, stamp_ns))
+        for link in links:
+            self._links.publish(conversions.link_to_msg(link, stamp_ns))
 
     def was_placed(self, stamp_ns: int) -> bool:
         """Whether the newest transform is of a cycle."""
@@ -121,6 +142,10 @@ class Pair(Stage):
         answered = len(self.rest.statuses)
         self.rest.say(stamp_ns, step)
         self.spin_until(lambda: len(self.rest.statuses) > answered)
+
+    def answered(self, stamp_ns: int) -> bool:
+        """Whether the node has answered a cycle, or a later one."""
+        return any(stamp_from_msg(status.header.stamp) >= stamp_ns for status in self.rest.statuses)
 
     def explore(self, goals: int) -> None:
         """Do what the node asks, up to so many goals."""

@@ -64,7 +64,7 @@ class EkfNode(Node):
         self._order = StepOrder(promised={"landmarks": CYCLE.depth, "events": EVENTS.depth}, hold_ns=hold_ns)
         self._continuity = Continuity()
         self._noise_report = NoiseReport()
-        self._outputs = self._stamp_ns = 0
+        self._outputs = self._stamp_ns = self._next_event = 0
         self._next_pose_ns = self._next_map_ns = 0
         self._create_publishers()
         self._door = Door(self)
@@ -134,7 +134,9 @@ class EkfNode(Node):
         *late, view = cycle.inputs["landmarks"] or (None,)
         if late:
             self.get_logger().warning(f"{len(late)} late looks dropped", throttle_duration_sec=5.0)
-        out = self._server.step(odom, view, cycle.inputs["events"])
+        events = cycle.inputs["events"]
+        out = self._server.step(odom, view, events)
+        self._next_event = events[-1].sequence + 1 if events else self._next_event
         for line in self._noise_report.news(self._server.noise, self._server.innovations):
             self.get_logger().warning(line)
         self._publish_maps(odom, out)
@@ -171,6 +173,7 @@ class EkfNode(Node):
 
     def _answer(self, stamp_ns: int, state: str, status: NodeStatus) -> None:
         status.header, status.node, status.outputs = conversions.header(stamp_ns, ""), self.get_name(), self._outputs
+        status.next_event = self._next_event
         refused, server = self._door.report(), self._server
         status.state, status.detail = (
             state,

@@ -119,6 +119,11 @@ def test_lock_step_gives_the_bits_of_the_plain_loop(staged: Staged) -> None:
     assert conversions.link_from_msg(rest.links[0]).departure_in_edge == link.departure_in_edge
     assert [at(status) for status in rest.statuses] == [step.odom.stamp_ns for step in steps]
     assert (rest.statuses[-1].outputs, rest.statuses[-1].state) == (2, "mapping")
+    done = [0]
+    for step in steps:
+        done.append(step.events[-1].sequence + 1 if step.events else done[-1])
+    assert [status.next_event for status in rest.statuses] == done[1:]
+    assert done[-1] == LAST_SEQUENCE + 1
     poses = {step.odom.stamp_ns: out.base_in_edge for step, out in zip(steps, outs, strict=True)}
     assert all(msg.pose.pose.position.x == poses[at(msg)].x for msg in rest.poses)  # type: ignore[union-attr]
 

@@ -321,6 +321,7 @@ def answer_from_msg(msg: NodeStatus) -> Answer:
         pose_from_msg(msg.base_in_odom, "base_in_odom"),
         msg.traversal if msg.tracked else -1,
         pose_from_msg(msg.base_in_edge, "base_in_edge") if msg.tracked else None,
+        msg.next_event,
     )
 
 

@@ -39,6 +39,8 @@ class Cycle:
     """Whether the clock's message was refused: there is nothing to do but to answer; the inputs wait for the next."""
     anew: Mapping[str, str] = field(default_factory=dict)
     """What shows that a source was started again since the last cycle, by stream; by `TIME` stamps that went back."""
+    complete_ns: Mapping[str, int] = field(default_factory=dict)
+    """Stamp up to which no message of a stream is missing; less than the cycle's where it was not waited for."""
 
 
 class StepOrder:
@@ -113,9 +115,9 @@ class StepOrder:
                 yield Cycle(stamp_ns, None, {}, skipped=True)
                 continue
             anew, self._anew = self._anew, {}
-            yield Cycle(
-                stamp_ns, item, {name: entry.take(stamp_ns) for name, entry in self._streams.items()}, anew=anew
-            )
+            inputs = {name: entry.take(stamp_ns) for name, entry in self._streams.items()}
+            complete_ns = {name: entry.complete_ns for name, entry in self._streams.items()}
+            yield Cycle(stamp_ns, item, inputs, anew=anew, complete_ns=complete_ns)
 
     def _begin(self, stamp_ns: int) -> None:
         """Note that the clock begins here, for the first time or anew; what was said before is left out."""

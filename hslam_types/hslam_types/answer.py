@@ -24,3 +24,5 @@ class Answer(NamedTuple):
     """From the EKF level: the traversal whose frame the robot is tracked in, -1 without one."""
     base_in_edge: SE2 | None = None
     """Pose of base_link in that frame."""
+    next_event: int = 0
+    """From the EKF level: sequence of the GVG event that it takes next; 0 before the first."""
