@@ -10,6 +10,7 @@ from hslam_types.se2 import wrap
 from hslam_types.sensing import Velocity
 
 FIRST_SWEEP_S = 1.2
+"""Longer than a sweep of all sixteen sonars takes; no way is taken before each has answered."""
 OPEN_S = 5.0
 """The first echoes are placed on the move; where there are none after so long, the place is wide open."""
 EQUAL_M = 0.1

@@ -15,6 +15,7 @@ from hslam_types.se2 import Array
 SMOOTHING_M = 0.04
 """A point counts as a local minimum if nothing beside it is nearer by more than this."""
 BESIDE = math.radians(20.0)
+"""What lies within this angle of a point is beside it; about a Polaroid sonar's whole cone."""
 
 
 class ClosestPoint(NamedTuple):

@@ -9,6 +9,7 @@ from hslam_types.se2 import wrap
 from hslam_types.sensing import Velocity
 
 ALIGNED = math.radians(3.0)
+"""A branch is faced within this; a meter on, the robot is then some 5 cm off it."""
 
 
 class Departing:

@@ -12,7 +12,9 @@ from hslam_types.se2 import wrap
 from hslam_types.sensing import Velocity
 
 PACE = 0.8
+"""Share of the cruising speed: a node is come to slowly enough for the ring to go round."""
 SAME_NODE_M = 0.8
+"""A node of the new look this near to the one homed on is that one."""
 SECOND_LOOKS = 2
 SECOND_LOOK_M = 1.0
 """After so much travel a doubtful node is looked for again, so many times."""

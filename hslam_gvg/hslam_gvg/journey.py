@@ -4,7 +4,9 @@ import math
 from collections import deque
 
 SPACING_M = 0.1
+"""Of the remembered places."""
 KEPT_M = 4.0
+"""Longer than nodes are recognised behind the robot and than a branch's chord."""
 
 
 class Journey:

@@ -22,8 +22,11 @@ from hslam_types.sensing import SCOUT_RING, OdometrySample, RangeScan, SonarSwee
 C = TypeVar("C", bound=Configuration)
 
 RING, SCAN = "ring", "scan"
+"""Names of the sources: sonars in a ring, or a scanning range finder."""
 LAWS, GRAPH = "laws", "graph"
+"""Names of the ways to drive: by the paper's control laws, or along the local graph."""
 RING_GRAPH = "ring by graph"
+"""The level that drives along the local graph of a ring's map."""
 
 
 @dataclass(frozen=True)

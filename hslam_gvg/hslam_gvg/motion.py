@@ -7,8 +7,11 @@ from hslam_types.se2 import SE2, wrap
 from hslam_types.sensing import Velocity
 
 SLOWING_RATE = 1.0
+"""Speed allowed for each metre that is left (1/s)."""
 LEAST_M_S = 0.04
+"""A base's friction stops it below about this, short of the goal."""
 LEAST_RAD_S = 0.15
+"""The same for turning."""
 
 
 def go_to(base_in_odom: SE2, x: float, y: float, speed: float, fastest_turn: float) -> Velocity:

@@ -17,7 +17,9 @@ from hslam_types.se2 import SE2, Array
 EQUIDISTANT_M = 0.3
 """Obstacles whose distances differ by no more than this meet here."""
 GAP_BY_ROOM = 1.2
+"""A way through is at least this multiple of the room about the robot wide."""
 HOMING_STEPS = 12
+"""The homing law converges in a few; this bounds it."""
 AHEAD_M = 0.25
 """A node this little ahead counts as reached."""
 

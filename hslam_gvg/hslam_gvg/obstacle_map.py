@@ -22,17 +22,23 @@ UNRESOLVED, RESOLVED, FILL, EXPLAINED, WITHDRAWN = 0, 1, 2, 3, 4
 """Kinds of rows: an echo at its arc's centre, an echo placed by other arcs, wall between two echoes or touched by the
 body, an echo beside a resolved one (an arc, no point), and a replaced one."""
 TIDY_EVERY_M = 0.05
+"""Travel between two times of forgetting: each costs a pass over all rows."""
 SAME_NORMAL = 0.2
+"""Directions (rad) of one wall by two partners; more than noise of 1 % in range makes of them."""
 CAPACITY = 2048
+"""Rows; where a slow robot hears more, the oldest quarter goes."""
 FILL_STEP_M = 0.12
 """Distance between the points that stand for a stretch of wall."""
 TOUCHED = (-0.5, 0.0, 0.5)
 """Directions (rad from the way) of the points that stand for what the body has touched."""
 TOUCH_SLACK_M = 0.03
+"""What was touched lies so far outside the body's circle, by what odometry may be wrong."""
 CROSSING_RATE, LEAST_CROSSING = math.radians(9.0), math.radians(11.0)
 """Crossing angle needed by range (rad/m), and at least: range noise then moves the crossing by some 15 cm at most."""
 SAME_PLACE_M = 0.05
+"""A ping from within this of an older one, with a range as near, hears nothing new,"""
 SAME_AXIS = math.radians(4.0)
+"""and within this of its axis."""
 EXPLAINED_M = 0.2
 """An unresolved echo this near a resolved point is that obstacle's."""
 WARY_M = 2.0
@@ -42,11 +48,15 @@ SUPPORT = 2
 WARY_SUPPORT = 1
 """Two echoes of one place are enough to keep clear of it."""
 CLUSTER = 3
+"""So many echoes beside one another are an obstacle although none is placed."""
 UNRESOLVED_M = 1.2
 """Echoes that no second arc has placed are believed from this near only: most of them hang in mid-air."""
 STALE_TRAVEL_M = 2.5
+"""After so much travel odometry has drifted enough for a newer echo to be right instead,"""
 REPLACE_M = 0.25
+"""where it lies this near."""
 PARTNER_POINTS_M = 1.2
+"""Arcs with points farther apart seldom cross: the widest cone is 0.8 m wide at 3 m."""
 LONGEST_TANGENT_M = 0.8
 """Echoes farther apart seldom belong to one stretch of wall."""
 NEWEST_NORMALS = 9

@@ -9,6 +9,7 @@ from hslam_types.se2 import SE2, wrap
 HERE_M = 0.8
 """A way is remembered for places this near to where it was tried."""
 SAME_WAY = math.radians(60.0)
+"""Ways less than this apart are one: two branches of a node are seldom nearer."""
 
 
 class _Obstruction(NamedTuple):

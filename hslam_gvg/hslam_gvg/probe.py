@@ -8,9 +8,13 @@ from hslam_types.se2 import SE2, wrap
 from hslam_types.sensing import Velocity
 
 NEAR_M = 0.08
+"""A step's end is reached within this: a probe looks, it does not measure."""
 PATIENCE_NS = 6_000_000_000
+"""A step of 0.6 m out takes some 3 s; one that takes twice as long is held up."""
 LOOK_ROUND = math.radians(40.0)
+"""To either side at a boundary point: two sonars of the Scout's ring, 22.5 degrees apart."""
 ALIGNED = math.radians(5.0)
+"""A look is turned to within this."""
 
 Step = tuple[float, float] | float
 """A place to drive to (m, odom) or a direction to turn to (rad)."""

@@ -15,12 +15,17 @@ from hslam_types.se2 import wrap
 from hslam_types.sensing import Velocity
 
 PACE = 0.5
+"""Share of the cruising speed for driving back, where only the trail is known to be free."""
 NOT_BACK = math.radians(60.0)
+"""A way less than this from where the robot came from leads back."""
 TRIES = 3
+"""So many ways are tried before the edge ends here."""
 BACKING_S = 2.0
+"""At that pace some 0.4 m: enough room to turn to another way."""
 LEAF_M = 1.5
 """A dead end this near to where the way was blocked is what blocks it."""
 LEAST_EDGE_M = 1.0
+"""No end is announced on a shorter way: it would be the node just left, seen anew."""
 
 
 class Recovery:

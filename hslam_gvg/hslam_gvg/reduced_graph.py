@@ -15,6 +15,7 @@ from hslam_types.se2 import wrap
 PARALLEL_LOOP = 3.2
 """A loop shorter than this multiple of the clearance is an artefact."""
 ROUNDS = 6
+"""Merging makes new dead ends and pruning new chains; bounds how often both are repeated."""
 ONE_WAY, NEARLY_ONE, SQUEEZE = math.radians(60.0), math.radians(80.0), 0.6
 PASSAGE_M = 2.5
 """Branches that leave closer together than this pass one obstacle on both sides, most often an echo in mid-air."""

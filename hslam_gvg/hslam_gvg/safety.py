@@ -18,9 +18,11 @@ HEARD_NS = 1_300_000_000
 CREPT_NS, CREPT_M = 2_600_000_000, 0.3
 """and for so long where the robot has hardly moved since: an edge that has answered once may keep silent then."""
 SIDE_ROOM_M = 0.06
+"""What passes the body this close is in its way: a sonar does not tell where in its cone the echo lies."""
 APPROACH_RATE = 0.8
 """Speed allowed for each metre of room (1/s): it must halve faster than the ring goes round."""
 CRAWL_M_S = 0.08
+"""Allowed whatever was heard once: at this speed the ring goes round within about a decimetre."""
 
 
 class _Echo(NamedTuple):

@@ -16,6 +16,7 @@ from hslam_types.se2 import SE2
 from hslam_types.sensing import OdometrySample
 
 STUCK_S = 4.0
+"""Held up for longer than four sweeps of the ring, what was tried is given up."""
 
 
 class Situation:

@@ -8,6 +8,7 @@ from hslam_gvg.states import GvgError, GvgState
 from hslam_types.sensing import Velocity
 
 PACE = 0.8
+"""Share of the cruising speed: beside the GVG obstacles are nearer."""
 
 
 class Straight:

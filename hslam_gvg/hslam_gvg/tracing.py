@@ -13,9 +13,13 @@ from hslam_types.sensing import Velocity
 LOOK_AFTER_S = 1.0
 """Blocked for so long, the robot looks for a node at once."""
 COURSE_BACK_M = 1.0
+"""The course is the direction of the last so many metres."""
 NOT_BACK = math.radians(60.0)
+"""A way less than this from where the robot came from leads back."""
 LEAVING_M = 1.0
+"""Within this of the node left, the branch departed by is the course."""
 SHARPEST_TURN = math.radians(120.0)
+"""An edge turns less than this between two looks; more would be another edge."""
 STRIP_HALF_M, STRIP_M, FREE_M, LEAST_SHARE = 0.3, 2.0, 1.6, 0.35
 """Slower, down to a share, where less than `FREE_M` of the strip ahead is free."""
 OPENING, SLOWING, SLOWEST = 1.12, 2.5, 0.2

@@ -4,7 +4,9 @@ import math
 from collections import deque
 
 SPACING_M = 0.05
+"""Of the places."""
 KEPT_M = 3.0
+"""Longer than the way back out of any tight place (`recoil_m`)."""
 BESIDE_M = 0.12
 """A place this near the trail is free for the body too, within what odometry and touch can tell."""
 

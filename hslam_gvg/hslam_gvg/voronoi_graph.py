@@ -23,6 +23,7 @@ SITES = 1.25
 FAR = 3.0
 """A ring of far points at this multiple of the horizon closes the triangulation; its ridges lie beyond the horizon."""
 FAR_COUNT = 24
+"""Points of that ring; so many keep its ridges beyond the horizon."""
 
 
 class VoronoiGraph(NamedTuple):

@@ -14,6 +14,7 @@ from hslam_types.se2 import SE2, Array, wrap
 PASSED_LIMIT_M = 4.0
 """Nodes that are hidden are gone through for so long a way."""
 COMPARED_M = 1.5
+"""A way is compared with the old path so far ahead; farther on, the old look had guessed both."""
 LEFT_M = 0.3
 """With less than this left of the old path, its last direction counts."""
 OFF_SHARE = 0.3
@@ -21,6 +22,7 @@ OFF_SHARE = 0.3
 JOINED_M, JOIN_TO_M = 0.3, 3.0
 """A path that is off the graph joins it where it comes this near to it, so far on at most."""
 JOIN_UNLIKE = 0.6
+"""A path joins a way only where it bends by less (1 - cos of the angle: 66 degrees)."""
 LED_M = 0.5
 """Of a way shorter than this its direction is compared over what there is."""
 

@@ -37,6 +37,7 @@ OFF_M, LEAST_WAY_M = 0.6, 0.5
 BACK_ON_M = 1.5
 """A robot that has strayed goes back on the graph from as far as this, if nothing is between."""
 LEAST_EDGE_M = 1.0
+"""No end is announced on a shorter way: it would be the node just left, seen anew."""
 
 
 def follow(doing: Following, now: Now) -> Step:

@@ -17,6 +17,7 @@ from hslam_types.sensing import Velocity
 from hslam_voronoi.branch_graph import Hub
 
 APPROACH_S = 12.0
+"""A node is noticed at most some 3 m away; who is still on the way after so long is held up."""
 HINDERED = 3
 """Stopped so often, or for so long on the way, the robot looks at the node from where it is."""
 STOOD, LISTENING_STEPS = 3, 160
@@ -28,6 +29,7 @@ MOVED_M = 0.2
 DOUBTED_M = 2.0
 """A node looked for in vain is not noticed again for so much travel."""
 STRAIGHT_ON_M = 1.2
+"""So far straight on is followed until the next look finds a way."""
 HOME_M = 0.2
 """The node departed from is come back to within this distance."""
 

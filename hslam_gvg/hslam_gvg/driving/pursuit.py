@@ -15,6 +15,7 @@ AHEADS = ((0.35, 0.25), (0.6, 0.35), (math.inf, 0.5))
 NEARER = (1.0, 0.7, 0.5, 0.3)
 """Shares of that distance, tried until the line there is clear."""
 TOUCHING_M = 0.06
+"""The nearest point pursued, where all farther ones are hidden: about one cell of the map."""
 SEEN_M = 0.6
 """The clearance of the next so many metres sets the pace."""
 SHARP, SHARP_WHERE_TIGHT, TIGHT_M = math.radians(50.0), math.radians(25.0), 0.35

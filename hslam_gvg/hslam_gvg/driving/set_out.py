@@ -18,14 +18,17 @@ from hslam_types.sensing import Velocity
 LISTENED_S = 0.6
 """A robot that has just been put down looks for so long before it judges."""
 SEARCHING_RAD_S = 0.5
+"""A look round by a robot that sees no way takes some 12 s at this rate."""
 TURN_S = 15.0
 """A turn on the spot that takes longer is over: the base turns no farther."""
 SHORT = 3
 """Points of a way that leads hardly anywhere."""
 DIRECTION_M = 0.8
+"""The direction of a way is that of its first metres: of less, the grid's cells decide."""
 LEFT_ALONE_M, LEFT_ALONE_CLEARANCES = 0.8, 1.5
 """The node left is not noticed again for so much travel; the first adds to how far the robot looks back."""
 STRAIGHT_BLOCKS = 2
+"""Held up so often, a straight drive is over."""
 AHEAD_M = 1.2
 """So far ahead lies what is driven to in the open."""
 

@@ -9,6 +9,7 @@ from hslam_types.gvg_events import EventKind, GvgEvent, NodeView
 from hslam_types.se2 import Array
 
 TRAIL_STEP_M = 0.08
+"""Spacing of the trail, about that of the local graph's paths."""
 TRAIL_CLEARANCE_M = 0.3
 """What a trail is given for its clearance, where a path is wanted: nobody measured it."""
 

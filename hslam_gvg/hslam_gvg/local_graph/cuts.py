@@ -18,6 +18,7 @@ Indices = npt.NDArray[np.int64]
 IsFree = Callable[[Array, Array], Mask]
 
 FREE_STEP_M = 0.1
+"""Free space is followed in such steps."""
 
 
 def in_gaps(

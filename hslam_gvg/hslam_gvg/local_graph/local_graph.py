@@ -36,6 +36,7 @@ DOUBTS = 1.2
 ACROSS_M = 0.03
 """A ridge whose clearance is hardly more than half the gap of its points goes through that gap, not beside it."""
 RULES = ReductionRules()
+"""The rules by which the truth is reduced too; nothing else decides what is a node."""
 
 
 class Way(NamedTuple):

@@ -23,6 +23,7 @@ SAME_M = 0.12
 TOLERANCE_M, TOLERANCE_SHARE = 0.05, 0.02
 """A range agrees with a distance within these."""
 RIM_SLACK = math.radians(1.0)
+"""What lies this little outside the cone may answer: heading is known no better."""
 SUSPECTED_M = 1.5
 """An echo from this near is minded before another agrees with it,"""
 CLEARED = 8

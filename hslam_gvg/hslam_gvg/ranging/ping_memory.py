@@ -9,6 +9,7 @@ from hslam_gvg.ranging.cone_ping import ConePing
 from hslam_types.se2 import Array
 
 CAPACITY = 1200
+"""Pings; where a slow robot sends more over `memory_m`, the oldest go."""
 NOTHING_M = 9.0
 """Stands for the range of a ping that nothing answered."""
 SAME_PLACE_M, SAME_RANGE_M, SAME_AXIS = 0.05, 0.06, math.cos(math.radians(3.0))

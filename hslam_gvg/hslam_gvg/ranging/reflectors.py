@@ -16,16 +16,19 @@ from hslam_gvg.ranging.rolling_grid import Mask
 from hslam_types.se2 import Array
 
 CAPACITY = 700
+"""Echoes; where a slow robot hears more over `memory_m`, the oldest go."""
 OFFSETS = np.linspace(-1.0, 1.0, 7)
 """Where on its arc an echo is placed on trial, in half cones from the axis."""
 TOLERANCE_M, TOLERANCE_SHARE = 0.05, 0.02
 """A range agrees with a distance within these (an inch of rounding, 1 % of noise, odometry)."""
 RIM_SLACK = math.radians(1.0)
+"""What lies this little outside the cone may answer: heading is known no better."""
 ASIDE_M = 0.45
 """A flat wall is heard as its piece by who stands no farther than so off the piece's normal."""
 FACED, FACED_M = math.cos(math.radians(22.0)), 2.5
 """A wall that faces a sonar within this angle surely answers (specular above 25 to 30 degrees), from this near."""
 PAST_M = 0.2
+"""A ping heard this much farther than a candidate went past it: more than range noise and smoothing make."""
 CONTRADICTED = 3.0
 """What one contradiction weighs, in supports: a wall that faces a sonar is hardly ever silent, but arcs often cross."""
 LEVEL = 0.6

@@ -14,11 +14,13 @@ from hslam_types.se2 import SE2, Array
 from hslam_types.sensing import RangeScan
 
 ROUNDS = 4
+"""Of Gauss-Newton; from a start this near it has converged by then."""
 POINTS = 120
 """So many ends of a scan are matched at most."""
 CHORD_M, MOST_BEAMS, BENT_M = 0.2, 8, 0.06
 """A surface's direction is that of a chord about so long, so many beams to either side at most; a bent one has none."""
 LEAST_POINTS = 20
+"""Fewer ends on walls say too little of three unknowns."""
 POINT_STD_M, OUTLYING = 0.02, 2.0
 """Of an end from the line it belongs to; beyond so many of them it counts in proportion less (Huber)."""
 SHARED = 4.0

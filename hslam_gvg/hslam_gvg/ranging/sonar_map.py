@@ -26,9 +26,12 @@ SHORT_OF_ECHO_M, LEAST_FREE_M = 0.12, 0.05
 """Free space ends so much before the echo that bounds it; shorter cones show nothing."""
 THROUGH_SHARE = 0.3
 """Of the pings that met a gap so many went through if it is one: the others hear its jambs; a wall is missed seldom."""
-BODY_FREE_M = 0.3
+CORNERS = math.sqrt(2.0)
+"""A square about the body has its corners so many radii from the centre."""
 TRODDEN_STEP_M = 0.1
+"""Spacing of the places where the body has been."""
 FORGET_EVERY_M = 0.25
+"""Travel between two times of forgetting: each costs a pass over the grid."""
 
 
 class SonarMap:
@@ -125,7 +128,8 @@ class SonarMap:
 
     def _tread(self, base: SE2) -> None:
         x, y, _ = base
-        corners = np.array([(x - BODY_FREE_M, y), (x, y - BODY_FREE_M), (x + BODY_FREE_M, y), (x, y + BODY_FREE_M)])
+        out = CORNERS * self._body_m
+        corners = np.array([(x - out, y), (x, y - out), (x + out, y), (x, y + out)])
         last = self._trodden[-1] if self._trodden else (math.inf, math.inf, 0.0)
         if math.hypot(x - last[0], y - last[1]) > TRODDEN_STEP_M:
             self._trodden.append((x, y, self._odometer_m))
