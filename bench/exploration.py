@@ -1,7 +1,7 @@
 """Explores worlds with many seeds, each run a process of its own, and prints a table of their reports.
 
 python bench/exploration.py wean_hall_6 --seeds 1-10
-python bench/exploration.py MAPS/*.yaml --seeds 1 --time-limit 3600      # map_server maps of others
+python bench/exploration.py MAPS/*.yaml --seeds 1-5 --robot turtlebot      # map_server maps of others, by lidar
 python bench/exploration.py small_world --seeds 1-3 --separate      # separate processes and DDS, one run at a time
 """
 
@@ -23,9 +23,10 @@ from hslam_bringup.fleet import executable
 
 COLUMNS = {
     "completed": "done",
+    "unexplored": "left",
     "isomorphic": "iso",
     "nodes": "nodes",
-    "true_nodes": "true",
+    "true_core_nodes": "true",
     "node_precision": "node prec",
     "node_recall": "rec",
     "edge_precision": "edge prec",
@@ -65,6 +66,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("worlds", nargs="+")
     parser.add_argument("--seeds", default="1-10", help="one seed or a range, such as 1-10")
+    parser.add_argument("--robot", default="sim", help="as for hslam explore, such as turtlebot")
     parser.add_argument("--separate", action="store_true", help="separate processes instead of one, one run at a time")
     parser.add_argument("--jobs", type=int, default=2, help="runs at a time (in one process each)")
     parser.add_argument("--time-limit", type=float, default=14_400.0, help="simulated seconds a run may take")
@@ -73,7 +75,8 @@ def main() -> None:
     first, _, last = options.seeds.partition("-")
     jobs = [(world, seed) for world in options.worlds for seed in range(int(first), int(last or first) + 1)]
     kept = options.out or Path(tempfile.mkdtemp(prefix="hslam_exploration_"))
-    arguments = ["--force", "--time-limit", str(options.time_limit)] + ([] if options.separate else ["--in-process"])
+    arguments = ["--force", "--time-limit", str(options.time_limit), "--robot", options.robot]
+    arguments += [] if options.separate else ["--in-process"]
     console = Console(width=200)
     with (
         Progress(console=Console(stderr=True)) as progress,
