@@ -45,14 +45,21 @@ def _confirming(state: AtlasState, questions: Questions, here: Here) -> int | No
 
 
 def _towards_unexplored(state: AtlasState, here: Here) -> int | None:
-    """Return the first branch of the shortest way to an unexplored one, leaving by a branch seen on this visit."""
+    """Return the first branch of the shortest way to an unexplored one, leaving by a branch seen on this visit.
+
+    A branch of this very node that is not in sight is last: it may be when the robot comes back.
+    """
     graph = state.graph
     branches = graph.nodes[here.node].branches
     free = [key for key in here.keys if branches[key].unexplored]
     if free:
         back = None if here.come is None else branches[here.come].bearing
         return min(free, key=lambda key: 0.0 if back is None else abs(wrap(branches[key].bearing - back)))
+    again = None
     for reached in outward(graph, here.node, here.keys, tries=state.config.attempts):
-        if any(branch.unexplored for branch in graph.nodes[reached.node].branches.values()):
+        if reached.node == here.node:
+            again = reached.first
+        elif any(branch.unexplored for branch in graph.nodes[reached.node].branches.values()):
             return reached.first
-    return None
+    hoped = any(branch.unexplored and branch.unseen < state.config.attempts for branch in branches.values())
+    return again if hoped else None

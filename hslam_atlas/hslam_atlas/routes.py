@@ -27,15 +27,16 @@ class Reached(NamedTuple):
 def outward(
     graph: AtlasGraph, start: int, by: Collection[int], closed: Collection[int] = frozenset(), tries: float = math.inf
 ) -> Iterator[Reached]:
-    """Yield every other node that known edges lead to, nearest first, as far as it is asked for.
+    """Yield every node that known edges lead to, nearest first, as far as it is asked for.
 
-    The ways leave ``start`` by one of the branches ``by``; the edges ``closed`` are not driven, nor is a branch that
-    was not there or led elsewhere ``tries`` times in a row.
+    The ways leave ``start`` by one of the branches ``by``; it is itself yielded as a place to come back to, since a
+    branch that is not in sight now may be then. The edges ``closed`` are not driven, nor is a branch that was not
+    there or led elsewhere ``tries`` times in a row.
     """
     queue: list[tuple[float, int, int]] = []
     for key in by:
         _push(graph, queue, Reached(start, 0.0, key), key, closed, tries)
-    done = {start}
+    done: set[int] = set()
     while queue:
         reached = Reached(*_in_order(heapq.heappop(queue)))
         if reached.node in done:

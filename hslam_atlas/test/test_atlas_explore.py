@@ -73,3 +73,14 @@ def test_with_nothing_left_here_the_nearest_node_with_a_branch_unexplored_is_mad
     state.graph.nodes[1].branches[2].given_up = True
     assert next_branch(state, Questions(state.look_alikes), Here(0, (0,), 0, -1, None)) is None
     assert unexplored(state.graph) == 0
+
+
+def test_a_branch_out_of_sight_is_come_back_for_when_nothing_else_is_left() -> None:
+    """Of the row's east end one branch is unexplored and not seen on this visit: to the neighbour and back, thrice."""
+    state = row()
+    state.graph.nodes[1].branches[2].given_up = True
+    hidden = state.graph.nodes[2].add_branch(math.radians(90.0))
+    here = Here(2, (0,), 0, -1, None)
+    for unseen, expected in ((1, 0), (2, 0), (3, None)):
+        hidden.unseen = unseen
+        assert next_branch(state, Questions(state.look_alikes), here) == expected

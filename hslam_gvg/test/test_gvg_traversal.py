@@ -1,6 +1,7 @@
 """Whatever ends a traversal is announced, and events are counted without gaps."""
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -63,3 +64,18 @@ def test_the_trail_leads_back_from_the_newest_place() -> None:
     assert back[-1, 0] == 0.0
     assert (np.diff(back[:, 0]) < 0.0).all()
     assert len(traversal.back(0.8)) == 10
+
+
+def test_a_node_passed_is_where_the_edge_ends_and_the_way_back_to_it_is_no_part_of_it() -> None:
+    traversal = Traversal()
+    traversal.access()
+    for x in np.arange(0.0, 3.01, 0.1):
+        traversal.advance(float(x), 0.0, 0.0 if x == 0.0 else 0.1)
+    traversal.rewind(2.0, 0.3, 2.5)
+    assert traversal.length_m == pytest.approx(2.0)
+    for x in np.arange(3.0, 2.0, -0.1):
+        traversal.advance(float(x), 0.0, 0.0)
+    assert traversal.back()[0, :2] == pytest.approx((2.0, 0.0))
+    assert traversal.length_m == pytest.approx(2.0)
+    traversal.rewind(0.0, 0.0, 1.0)  # a place passed longer ago than that is not looked for
+    assert traversal.length_m == pytest.approx(1.0, abs=0.15)

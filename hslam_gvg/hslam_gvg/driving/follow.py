@@ -45,6 +45,7 @@ def follow(doing: Following, now: Now) -> Step:
     if now.around.look_is_due() or (doing.missed and now.around.travelled_since_look_m > AGAIN_M):
         doing = _looked(doing, now)
         if (passed := _passed(doing, now)) is not None:
+            now.traversal.rewind(passed.x, passed.y, now.config.look_back_m)
             return Step(Velocity(), homing_on(passed, doing.path, now))
     if (hub := _reached(doing, now)) is not None:
         return Step(Velocity(), homing_on(hub, doing.path, now))

@@ -36,7 +36,8 @@ class Traversal:
         """What this step has to announce."""
         self._sequence = 0
         self._stamp_ns = 0
-        self._trail: list[tuple[float, float]] = []
+        self._trail: list[tuple[float, float, float]] = []
+        """Places along the edge (m, odom), with the length there."""
 
     def begin_step(self, stamp_ns: int) -> None:
         """Begin a step with nothing to announce."""
@@ -68,17 +69,27 @@ class Traversal:
         self.leg = None
 
     def advance(self, x: float, y: float, way_m: float) -> None:
-        """Take the robot's place; ``way_m`` is what of its way leads along the edge."""
+        """Take the robot's place; ``way_m`` is what of its way leads along the edge: only that is on the trail."""
         if self.leg is None:
             return
         self.length_m += way_m
-        if not self._trail or math.hypot(self._trail[-1][0] - x, self._trail[-1][1] - y) > TRAIL_STEP_M:
-            self._trail.append((x, y))
+        along = way_m > 0.0
+        if along and (not self._trail or math.hypot(self._trail[-1][0] - x, self._trail[-1][1] - y) > TRAIL_STEP_M):
+            self._trail.append((x, y, self.length_m))
+
+    def rewind(self, x: float, y: float, reach_m: float) -> None:
+        """Go back to the place nearest to (x, y) on the last ``reach_m`` of the trail: what came after was too far."""
+        steps = round(reach_m / TRAIL_STEP_M)
+        recent = range(max(0, len(self._trail) - steps), len(self._trail))
+        nearest = min(recent, key=lambda i: math.hypot(self._trail[i][0] - x, self._trail[i][1] - y), default=None)
+        if nearest is not None:
+            del self._trail[nearest + 1 :]
+            self.length_m = self._trail[-1][2]
 
     def back(self, reach_m: float = math.inf) -> Array:
         """Return the trail as a path backwards from the robot's place, k x 3 (m, odom), at most about so long."""
         kept = self._trail if math.isinf(reach_m) else self._trail[-max(1, round(reach_m / TRAIL_STEP_M)) :]
-        return np.array([(x, y, TRAIL_CLEARANCE_M) for x, y in reversed(kept)]).reshape(-1, 3)
+        return np.array([(x, y, TRAIL_CLEARANCE_M) for x, y, _ in reversed(kept)]).reshape(-1, 3)
 
     def _begin(self, leg: Leg) -> None:
         self.give_up()
