@@ -159,7 +159,7 @@ def test_a_loss_is_followed_by_reaching_the_graph() -> None:
 
 
 def test_the_ways_to_a_point_are_those_to_both_ends_of_its_edge_and_on_along_it() -> None:
-    """3 m along corridor 1: at once from its first end, round by its other, or come back; 6 m for every stop at a node."""
+    """3 m along corridor 1: at once from its first end, round by its other, or come back; 6 m for a stop at a node."""
     mission, _, _ = at_node_one()
     mission.go_to(OnEdge(1, 3.0, 0.5))
     assert sorted(mission._ways(1, (0, 1))) == [(3.0, 1), (27.0, 1), (39.0, 0)]
