@@ -1,6 +1,7 @@
 """What a finished run left on disk, as the plain values that are scored and drawn."""
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -22,11 +23,15 @@ from hslam_report.explored import (
     edge_frame_in_map,
     true_meet_point,
 )
+from hslam_report.landmark_score import rigid_fit
 from hslam_report.path_figures import DrivenPath
 from hslam_report.visits import position
 from hslam_ros.conversions import event_from_msg, odometry_from_msg
 from hslam_types.gvg_events import GvgEvent
-from hslam_types.se2 import SE2
+from hslam_types.se2 import SE2, wrap
+
+CLOSED_M = 0.5
+"""Of edges with true ends nearer than this a few centimetres at one of them turn the frame by degrees: closed ones."""
 
 _TOPICS = ("/odom", "/ground_truth", "/gvg/events", "/bumper")
 
@@ -126,6 +131,22 @@ def placed_maps(store: AtlasStore, graph: AtlasGraph, explored: ExploredGraph, l
                 frame_in_map=edge_frame_in_map(ends[0], ends[1]),
                 chained=chain.landmarks[edge.id],
                 optimised=picture.landmarks[edge.id],
+                closed=math.dist(*ends) < CLOSED_M,
             )
         )
-    return placed
+    return _with_closed_ones_turned(placed)
+
+
+def _with_closed_ones_turned(maps: list[PlacedEdgeMap]) -> list[PlacedEdgeMap]:
+    """Turn the frames of closed edges as the chained picture has them: one meet point alone gives no direction."""
+    opened = [placed for placed in maps if not placed.closed]
+    if not opened:
+        return maps
+    truly = [placed.frame_in_map.apply_all(placed.landmarks) for placed in opened]
+    turn = rigid_fit(np.concatenate([placed.chained for placed in opened]), np.concatenate(truly)).theta
+
+    def turned(placed: PlacedEdgeMap) -> PlacedEdgeMap:
+        theta = wrap(turn + rigid_fit(placed.landmarks, placed.chained).theta)
+        return replace(placed, frame_in_map=SE2(placed.frame_in_map.x, placed.frame_in_map.y, theta))
+
+    return [turned(placed) if placed.closed and len(placed.landmarks) else placed for placed in maps]

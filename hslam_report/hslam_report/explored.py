@@ -67,6 +67,8 @@ class PlacedEdgeMap:
     """The landmarks in the picture of the whole along shortest chains of edges, n x 2 (m): cycles do not close."""
     optimised: Array
     """The same in the picture by least squares.  Each picture has a frame of its own."""
+    closed: bool = False
+    """Whether it ends where it began: then its frame has no true direction, and is turned as in the chained picture."""
 
 
 def true_meet_point(base_in_map: SE2, base_in_odom: SE2, node: NodeView) -> tuple[float, float]:

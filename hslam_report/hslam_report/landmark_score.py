@@ -19,7 +19,7 @@ class LandmarkScore:
     """Errors of all edge-maps together."""
 
     rmse_edge_m: float
-    """In the edge frames, each laid on its true meet points; NaN if no landmark was mapped."""
+    """In the edge frames, each laid on its true meet points; NaN if no landmark was mapped.  Without closed edges."""
     rmse_chained_m: float
     """In the picture along shortest chains of edges, laid on the truth by one rigid motion."""
     rmse_global_m: float
@@ -38,10 +38,13 @@ def score_landmarks(maps: Sequence[PlacedEdgeMap], true_landmarks: Array) -> Lan
     chained: list[Array] = []
     optimised: list[Array] = []
     truth: list[Array] = []
+    matched = 0
     for placed in maps:
         rows, columns = associate(placed.frame_in_map.apply_all(placed.landmarks), true_landmarks)
+        matched += len(rows)
         true_in_edge = placed.frame_in_map.inverse().apply_all(true_landmarks[columns])
-        for row, error in zip(rows.tolist(), placed.landmarks[rows] - true_in_edge, strict=True):
+        errors = () if placed.closed else placed.landmarks[rows] - true_in_edge
+        for row, error in zip(rows.tolist(), errors, strict=not placed.closed):
             block = placed.covariance[2 + 2 * row : 4 + 2 * row, 2 + 2 * row : 4 + 2 * row]
             squared.append(float(error @ error))
             nees.append(float(error @ np.linalg.solve(block, error)) / 2.0)
@@ -49,16 +52,16 @@ def score_landmarks(maps: Sequence[PlacedEdgeMap], true_landmarks: Array) -> Lan
         optimised.append(placed.optimised[rows])
         truth.append(true_landmarks[columns])
     mapped = sum(len(placed.landmarks) for placed in maps)
-    if not squared:
+    if not matched:
         return LandmarkScore(math.nan, math.nan, math.nan, math.nan, mapped, mapped)
     target = np.concatenate(truth)
     return LandmarkScore(
-        rmse_edge_m=math.sqrt(float(np.mean(squared))),
+        rmse_edge_m=math.sqrt(float(np.mean(squared))) if squared else math.nan,
         rmse_chained_m=_rmse_m(np.concatenate(chained), target),
         rmse_global_m=_rmse_m(np.concatenate(optimised), target),
-        nees_mean=float(np.mean(nees)),
+        nees_mean=float(np.mean(nees)) if nees else math.nan,
         mapped=mapped,
-        false=mapped - len(squared),
+        false=mapped - matched,
     )
 
 

@@ -61,6 +61,19 @@ def test_a_map_misplaced_by_the_atlas_shows_in_the_error_of_that_picture_only() 
     assert score_landmarks([right, optimised], WORLD).rmse_global_m == pytest.approx(0.5, rel=0.02)
 
 
+def test_a_closed_edge_counts_in_the_pictures_but_not_in_its_own_frame() -> None:
+    """Its frame is turned by what the picture says, not by the truth."""
+    turned = replace(placed(SE2()), frame_in_map=SE2(0.0, 0.0, math.radians(1.0)))
+    score = score_landmarks([placed(SE2()), replace(turned, closed=True)], WORLD)
+    assert score.rmse_edge_m == pytest.approx(0.0, abs=1e-9)
+    assert score.rmse_chained_m == pytest.approx(0.0, abs=1e-9)
+    assert (score.mapped, score.false) == (2 * len(WORLD), 0)
+    assert score_landmarks([placed(SE2()), turned], WORLD).rmse_edge_m > 0.1
+    alone = score_landmarks([replace(turned, closed=True)], WORLD)
+    assert math.isnan(alone.rmse_edge_m)
+    assert alone.rmse_global_m == pytest.approx(0.0, abs=1e-9)
+
+
 def test_a_landmark_that_is_not_there_is_false() -> None:
     true = placed(SE2())
     landmarks = np.vstack([true.landmarks, (15.0, 4.0)])
