@@ -3,6 +3,7 @@
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from hslam_msgs.msg import NodeStatus
 
+from hslam_atlas.explore import driven_once
 from hslam_atlas.inbox import Inbox
 from hslam_atlas.missions.navigate import Navigate, Progress
 from hslam_atlas.server import AtlasOutput, AtlasServer
@@ -22,6 +23,8 @@ def status_of(server: AtlasServer, out: AtlasOutput, stamp_ns: int) -> NodeStatu
         if status.state == "explored" and left:
             status.state = "stopped"
             status.detail += " and out of reach"
+        elif status.state == "explored" and (once := driven_once(graph)):
+            status.detail += f", {once} edges driven once only"
         elif status.state == "localised" and dispatch.about() is None:
             status.state = "lost"
     if isinstance(dispatch.now, Navigate) and dispatch.now.progress is Progress.UNREACHABLE:

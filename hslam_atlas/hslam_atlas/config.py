@@ -102,6 +102,11 @@ class AtlasConfig(Configuration):
     goal_tolerance_m: float = parameter(
         0.12, "An errand to a point has reached it within this distance.", low=0.01, high=2.0, unit="m"
     )
+    drive_twice: bool = parameter(
+        False,
+        "Exploring ends only when every edge was driven twice: a junction passed unnoticed is then seldom missed, "
+        "for a longer tour.",
+    )
     attempts: int = parameter(3, "Fruitless drives after which a branch is given up.", low=1, high=100)
 
     def __post_init__(self) -> None:

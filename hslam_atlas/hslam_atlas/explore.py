@@ -26,6 +26,11 @@ def unexplored(graph: AtlasGraph) -> int:
     return sum(branch.unexplored for node in graph.nodes.values() for branch in node.branches.values())
 
 
+def driven_once(graph: AtlasGraph) -> int:
+    """Return how many edges were driven once only."""
+    return sum(len(edge.traversals) == 1 for edge in graph.edges.values())
+
+
 def _confirming(state: AtlasState, questions: Questions, here: Here) -> int | None:
     """Return a new branch that, if this node is the one suspected, is a known edge: the shortest such."""
     node = state.graph.nodes[here.node]

@@ -6,6 +6,7 @@ import numpy as np
 from corridor_floor import CorridorFloor
 from edge_walker import EdgeWalker, WalkNoise
 
+from hslam_atlas.config import AtlasConfig
 from hslam_atlas.server import AtlasServer
 from hslam_atlas.store import AtlasStore
 
@@ -41,11 +42,18 @@ class Explored:
 
 
 def explore(
-    floor: CorridorFloor, start: int, seed: int, noise: WalkNoise, *, goals: int = 120, store: AtlasStore | None = None
+    floor: CorridorFloor,
+    start: int,
+    seed: int,
+    noise: WalkNoise,
+    *,
+    goals: int = 120,
+    store: AtlasStore | None = None,
+    config: AtlasConfig | None = None,
 ) -> Explored:
     """Let a walker do what the atlas asks until it has finished or ``goals`` are used up."""
     walker = EdgeWalker(floor, start, np.random.default_rng(seed), noise)
-    server = AtlasServer(store=store)
+    server = AtlasServer(config or AtlasConfig(), store=store)
     goal = server.step((), (), ()).goal
     finished = False
     for _ in range(goals):

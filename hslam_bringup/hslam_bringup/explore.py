@@ -35,6 +35,12 @@ def explore_and_report(options: RunOptions, *, in_process: bool, force: bool, co
         fields = report_run(options, end, progress.wall_time_s)
     console.print(as_table(fields))
     console.print(f"bag, atlas, figures and report are in {options.out}")
+    if fields["completed"] and (once := fields["driven_once"]):
+        console.print(
+            f"{once} of {fields['edges']} edges were driven once only: a junction passed unnoticed there is missing. "
+            "--set atlas.drive_twice=true drives them again",
+            soft_wrap=True,
+        )
     if not end.finished:
         limit = f"{options.time_limit_s:.0f} simulated seconds"
         raise RunError(f"not finished after {limit}; what was learnt until then is in {options.out}")

@@ -7,7 +7,7 @@ from typing import Any
 
 from rich.table import Table
 
-from hslam_atlas.explore import unexplored
+from hslam_atlas.explore import driven_once, unexplored
 from hslam_atlas.store import AtlasStore
 from hslam_bringup.run_evidence import explored_graph, placed_maps, read_log
 from hslam_bringup.run_options import SCANNED, RunOptions
@@ -47,6 +47,7 @@ def report_run(options: RunOptions, end: RunEnd, wall_time_s: float) -> dict[str
     facts = RunFacts(
         finished=end.finished,
         unexplored=unexplored(graph),
+        driven_once=driven_once(graph),
         seed=options.seed,
         world=options.world,
         path_length_m=length_m(log.driven.in_map),

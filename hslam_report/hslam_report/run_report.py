@@ -19,6 +19,8 @@ class RunFacts:
     """Whether the mission came to its end, not the time limit."""
     unexplored: int
     """Branches left unexplored at the end."""
+    driven_once: int
+    """Edges that were driven once only: a junction on them may have been passed unnoticed."""
     seed: int
     world: str
     path_length_m: float
@@ -45,6 +47,7 @@ def report(facts: RunFacts, graph: GraphScore, landmarks: LandmarkScore) -> dict
     fields: dict[str, Any] = {
         "completed": facts.completed,
         "unexplored": facts.unexplored,
+        "driven_once": facts.driven_once,
         "seed": facts.seed,
         "world": facts.world,
         **{field.name: getattr(graph, field.name) for field in dataclasses.fields(graph) if field.name != "matches"},

@@ -116,7 +116,7 @@ def test_the_loop_shown_is_the_widest_and_no_way_out_and_back(tmp_path: Path) ->
 def test_the_report_has_the_promised_fields_and_no_nan(tmp_path: Path) -> None:
     graph = GraphScore(2, 1, 13, 16, 13, 1.0, 0.5, 0.5, 0.25, False, 0, 0, 0, NodeMatches({}, {}, ()))
     landmarks = LandmarkScore(math.nan, 0.9, 0.5, 1.1, 4, 1)
-    facts = RunFacts(True, 0, 1, "wean_hall_6", 580.0, 1500.0, 60.0, 0, {"sim": 80.0, "atlas": 90.0})
+    facts = RunFacts(True, 0, 3, 1, "wean_hall_6", 580.0, 1500.0, 60.0, 0, {"sim": 80.0, "atlas": 90.0})
     write_report(tmp_path / "report.json", report(facts, graph, landmarks))
     fields = json.loads((tmp_path / "report.json").read_text(encoding="utf-8"))
     promised = """completed seed world nodes edges true_nodes true_edges node_precision node_recall edge_precision
@@ -132,5 +132,5 @@ def test_the_report_has_the_promised_fields_and_no_nan(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("finished", "unexplored"), [(False, 0), (True, 2)])
 def test_a_run_with_something_left_is_not_complete(finished: bool, unexplored: int) -> None:
-    facts = RunFacts(finished, unexplored, 1, "small_world", 10.0, 30.0, 2.0, 0, {})
+    facts = RunFacts(finished, unexplored, 5, 1, "small_world", 10.0, 30.0, 2.0, 0, {})
     assert not facts.completed

@@ -4,6 +4,7 @@ from hslam_atlas.explore import next_branch
 from hslam_atlas.mapper import Mapper
 from hslam_atlas.missions.mission import Decision, Happened
 from hslam_atlas.questions import Questions
+from hslam_atlas.second_looks import SecondLooks
 from hslam_atlas.state import AtlasState
 from hslam_types.gvg_events import EventKind, GoalKind, GvgGoal
 
@@ -17,6 +18,7 @@ class Explore:
         self._waiting = mapper.underway is None
         """Whether the GVG level has nothing to do: at the start and after each arrival."""
         self._finished = False
+        self._second_looks = SecondLooks(state)
 
     @property
     def doing(self) -> str:
@@ -48,6 +50,8 @@ class Explore:
         if here is None:
             return GvgGoal(GoalKind.ACCESS)
         key = next_branch(self._state, self._questions, here)
+        if key is None:
+            key = self._second_looks.next_branch(here)
         if key is None:
             return GvgGoal(GoalKind.STOP)
         return GvgGoal(GoalKind.TRACE, branch=here.keys.index(key))
