@@ -22,7 +22,7 @@ class Numbering:
     def event(self, event: GvgEvent) -> GvgEvent:
         """Return an event under its number in the atlas."""
         if self._first is None:
-            last = _last_number(self._graph)
+            last = last_number(self._graph)
             self._first = last + 1 if event.sequence <= last else 0
         return replace(event, sequence=event.sequence + self._first) if self._first else event
 
@@ -47,7 +47,7 @@ class Numbering:
         return replace(link, traversal=link.traversal + first, departure=link.departure + first) if first else link
 
 
-def _last_number(graph: AtlasGraph) -> int:
+def last_number(graph: AtlasGraph) -> int:
     """Return the last number of an event that an atlas knows, -1 without one: every arrival is a visit."""
     visits = (sequence for node in graph.nodes.values() for sequence, _ in node.visits)
     drives = (number for edge in graph.edges.values() for number in edge.traversals)

@@ -66,13 +66,17 @@ def explore(
         bool, typer.Option("--in-process", help="one process instead of one per node: same atlas, faster")
     ] = False,
     settings: Settings = None,
+    resume: Annotated[
+        Optional[Path], typer.Option(help="folder of an earlier run of this floor and seed to go on with")
+    ] = None,
     force: Annotated[bool, typer.Option("--force", help="replace an earlier run in --out")] = False,
     time_limit: Annotated[float, typer.Option(help="give up after so many simulated seconds", min=1.0)] = 14_400.0,
 ) -> None:
     """Explore a floor until nothing that is left can be reached, then draw and score what was learnt.
 
     Writes OUT/bag (rosbag2, MCAP), OUT/atlas.db, OUT/figures and OUT/report.json.
-    Exit status 0 when no edge is left unexplored.
+    Exit status 0 when no edge is left unexplored. An exploration that was interrupted or ran out of time is taken up by
+    --resume FOLDER, into another --out: the robot stays where it is, finds out where that is, and goes on.
     """
     from hslam_bringup.errors import RunError
     from hslam_bringup.explore import explore_and_report
@@ -96,7 +100,7 @@ def explore(
     if in_process and robot is Robot.SCOUT:
         raise RunError("--in-process drives the simulated base; the Scout has a serial line: leave one of the two out")
     try:
-        explore_and_report(options, in_process=in_process, force=force, console=console)
+        explore_and_report(options, in_process=in_process, force=force, console=console, resume=resume)
     except KeyboardInterrupt:
         sys.stderr.write(f"hslam: interrupted; what was recorded until then is in {out}\n")
         raise typer.Exit(130) from None

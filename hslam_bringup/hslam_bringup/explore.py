@@ -1,11 +1,14 @@
 """The main job: explore, then score and draw what was learnt."""
 
+from pathlib import Path
+
 from rich.console import Console
 
 from hslam_bringup.errors import RunError
 from hslam_bringup.in_process_run import run_in_process
 from hslam_bringup.node_parameters import ALGORITHMS, NODES, check_settings
 from hslam_bringup.progress import ExplorationProgress
+from hslam_bringup.resumed import check_same_floor, take_up
 from hslam_bringup.run_options import RunOptions, check_landmarks, prepare_output
 from hslam_bringup.run_report import as_table, report_run
 from hslam_bringup.separate_run import run_separately
@@ -13,17 +16,23 @@ from hslam_ros.private_domain import PrivateDomain, private_domain
 from hslam_sim.worlds import load_world
 
 
-def explore_and_report(options: RunOptions, *, in_process: bool, force: bool, console: Console) -> None:
+def explore_and_report(
+    options: RunOptions, *, in_process: bool, force: bool, console: Console, resume: Path | None = None
+) -> None:
     """Run one exploration and leave bag, atlas, figures and report in ``options.out``.
 
     Raises HslamError where the run breaks or something is left unexplored; what was recorded stays readable. With
-    ``force`` an earlier run in the folder is replaced.
+    ``force`` an earlier run in the folder is replaced; with ``resume`` another folder's run is gone on with.
     """
     # A slip of the pen costs no earlier run.
     check_settings(options.settings, ALGORITHMS if in_process else NODES)
     check_landmarks(options)
     load_world(options.world, landmark_seed=options.seed)
+    if resume is not None:
+        check_same_floor(resume, options)
     prepare_output(options.out, force=force)
+    if resume is not None:
+        options = take_up(resume, options)
     with ExplorationProgress(console) as progress:
         if in_process:
             end = run_in_process(options, progress.show)

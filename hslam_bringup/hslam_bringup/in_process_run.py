@@ -6,12 +6,14 @@ Gives the same atlas, bit for bit, as separate processes, and is several times f
 import math
 import resource
 from collections.abc import Callable
+from dataclasses import replace
 
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Bool
 
 from hslam_atlas.atlas_messages import atlas_to_msg
 from hslam_atlas.config import AtlasConfig
+from hslam_atlas.missions.mission import Sense
 from hslam_atlas.picture import node_poses
 from hslam_atlas.server import AtlasServer
 from hslam_atlas.store import AtlasStore
@@ -24,7 +26,7 @@ from hslam_bringup.simulated_robot import simulation_configuration
 from hslam_ekf.config import EkfConfig
 from hslam_ekf.server import EkfServer
 from hslam_gvg.level import SCAN, GvgLevel, SourceConfig, level_from_mapping
-from hslam_gvg.states import GvgError
+from hslam_gvg.states import GvgError, GvgState
 from hslam_landmarks.config import ScannerConfig
 from hslam_landmarks.scan_landmarks import ScanLandmarks, lookout_from_mapping
 from hslam_ros import conversions
@@ -82,7 +84,15 @@ class InProcessRun:
 
         driven = self.gvg.step(odom, self._heard(base, scan_msg))
         mapped = self.ekf.step(odom, view, driven.events)
-        decided = self.atlas.step(driven.events, mapped.edge_maps, mapped.links)
+        sense = Sense(
+            odom.base_in_odom,
+            mapped.traversal,
+            mapped.base_in_edge,
+            self.ekf.so_far,
+            self.gvg.room_m if self.atlas.dispatch.locator is not None else math.inf,
+            driven.state is GvgState.IDLE,
+        )
+        decided = self.atlas.step(driven.events, mapped.edge_maps, mapped.links, sense)
         if decided.goal is not None:
             try:
                 self.gvg.start(decided.goal, stamp_ns)
@@ -154,4 +164,6 @@ def _simulation(options: RunOptions) -> Simulation:
     """Return the simulated robot."""
     config = simulation_configuration(options.node_settings("sim"))
     world = load_world(options.world, landmark_seed=options.seed)
+    if options.start is not None:
+        world = replace(world, start=options.start)
     return Simulation(world, config, options.seed)

@@ -10,6 +10,7 @@ from typing import Any
 from ament_index_python.packages import get_package_share_directory
 
 from hslam_bringup.errors import RunError
+from hslam_types.se2 import SE2
 from hslam_types.yaml_text import YamlError, load_yaml
 
 LEVELS = ("gvg", "ekf", "atlas")
@@ -21,12 +22,15 @@ BOXES, SCANNED = "boxes", "scan"
 LANDMARKS: Mapping[str, tuple[str, ...]] = {BOXES: (), SCANNED: ("scan_landmarks",)}
 """By kind of landmark, boxes on the walls or what the lidar's scans show: the nodes that look for them, beside a base
 that sees boxes itself."""
-SET_BY_THE_RUN = frozenset(
-    ("world", "seed", "landmark_seed", "landmark_source", "lockstep", "lockstep_nodes", "mission", "port", "store")
-)
+SET_BY_THE_RUN = {
+    "world", "seed", "landmark_seed", "start",
+    "landmark_source", "lockstep", "lockstep_nodes", "mission", "port", "store",
+}  # fmt: skip
 """Parameters that make a run what it is: `explore` has options for some, the others hold its parts together."""
 ATLAS_FILES = ("atlas.db", "atlas.db-wal", "atlas.db-shm", "atlas.db-journal")
-_LEFT_BY_A_RUN = (*ATLAS_FILES, "bag", "figures", "report.json", "log", "scout.tty")
+EARLIER_RUN = "resumed.json"
+"""The file that names the run which one has taken up."""
+_LEFT_BY_A_RUN = (*ATLAS_FILES, "bag", "figures", "report.json", "log", "scout.tty", EARLIER_RUN)
 
 
 @dataclass(frozen=True)
@@ -44,6 +48,8 @@ class RunOptions:
     """The robot: a key of `BASES`."""
     landmarks: str = BOXES
     """What the edge-maps are made of: a key of `LANDMARKS`."""
+    start: SE2 | None = None
+    """Where the robot stands (m, rad, in the world), if not at the world's start."""
 
     @property
     def bag(self) -> Path:

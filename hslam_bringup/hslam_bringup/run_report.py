@@ -9,7 +9,8 @@ from rich.table import Table
 
 from hslam_atlas.explore import driven_once, unexplored
 from hslam_atlas.store import AtlasStore
-from hslam_bringup.run_evidence import explored_graph, placed_maps, read_log
+from hslam_bringup.resumed import whole_log
+from hslam_bringup.run_evidence import explored_graph, placed_maps
 from hslam_bringup.run_options import SCANNED, RunOptions
 from hslam_report.landmark_score import score_landmarks
 from hslam_report.path_figures import length_m
@@ -39,7 +40,7 @@ def report_run(options: RunOptions, end: RunEnd, wall_time_s: float) -> dict[str
     world = load_world(options.world, landmark_seed=options.seed)
     if options.landmarks == SCANNED:
         world = replace(world, landmarks=world.corners)
-    log = read_log(options.bag)
+    log = whole_log(options.out)
     with AtlasStore.reading(options.atlas) as store:
         graph, _ = store.load()
         explored = explored_graph(graph, log)

@@ -67,7 +67,8 @@ def _scout_behind_its_line(options: RunOptions) -> list[NodeProcess]:
 
 
 def _world_parameters(options: RunOptions) -> dict[str, object]:
-    return {"world": options.world, "seed": options.seed, "landmark_seed": options.seed}
+    start = {} if options.start is None else {"start": " ".join(repr(value) for value in options.start)}
+    return {"world": options.world, "seed": options.seed, "landmark_seed": options.seed} | start
 
 
 def _parameters(options: RunOptions, node: str, own: Mapping[str, object]) -> dict[str, object]:

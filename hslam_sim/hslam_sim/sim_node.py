@@ -2,6 +2,7 @@
 
 import functools
 import time
+from dataclasses import replace
 
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import TwistStamped
@@ -54,6 +55,8 @@ class SimNode(Node):
         super().__init__("sim")
         self._run = declare(self, RunConfiguration)
         world = load_world(self._run.world, landmark_seed=self._run.landmark_seed)
+        if (start := self._run.start_in_world) is not None:
+            world = replace(world, start=start)
         self._simulation = Simulation(world, self._configuration(), self._run.seed)
         self._finished = False
         self._complete_ns: int | None = None
