@@ -107,6 +107,43 @@ def explore(
 
 
 @app.command()
+def drive(
+    robot: Annotated[Path, typer.Argument(help="the robot's YAML file: topics and parameters (docs/your_robot.md)")],
+    *,
+    out: Annotated[Path, typer.Option(help="folder for bag, atlas, drawing and logs")],
+    landmarks: Annotated[
+        Landmarks, typer.Option(help="scan: what the lidar sees of the building; boxes: what topic `landmarks` tells")
+    ] = Landmarks.SCAN,
+    force: Annotated[bool, typer.Option("--force", help="replace an earlier run in --out")] = False,
+    time_limit: Annotated[float, typer.Option(help="give up after so many seconds", min=1.0)] = 14_400.0,
+) -> None:
+    """Explore with a real robot, whose own drivers run in this ROS domain, until nothing that is left can be reached.
+
+    Ctrl-C stops the robot; what was learnt is kept. Example: hslam drive my_robot.yaml --out runs/building
+    """
+    from hslam_bringup.atlas_info import atlas_info
+    from hslam_bringup.atlas_plot import plot
+    from hslam_bringup.errand import atlas_state
+    from hslam_bringup.live_run import LiveOptions, explore_live
+    from hslam_bringup.robot_file import read_robot
+    from hslam_bringup.run_options import prepare_output
+
+    options = LiveOptions(read_robot(robot), landmarks.value, out, time_limit)
+    prepare_output(out, force=force)
+    try:
+        explore_live(options, console)
+    except KeyboardInterrupt:
+        sys.stderr.write(f"hslam: interrupted, the robot is stopped; what was learnt until then is in {out}\n")
+        raise typer.Exit(130) from None
+    learnt = atlas_info(options.atlas)
+    with atlas_state(options.atlas) as state:
+        plot(state, out / "atlas.svg", is_chained=False)
+    found = f"{learnt.nodes} nodes, {learnt.edges} edges, {learnt.unexplored} branches out of reach"
+    console.print(found, highlight=False)
+    console.print(f"bag, atlas and its drawing (atlas.svg) are in {out}")
+
+
+@app.command()
 def gvg(
     world: World,
     *,

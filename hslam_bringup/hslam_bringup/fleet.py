@@ -32,16 +32,18 @@ class NodeProcess:
     executable: str
     parameters: Mapping[str, Any] = field(default_factory=dict)
     arguments: Sequence[str] = ()
+    topics: Mapping[str, str] = field(default_factory=dict)
+    """By the name in the node's code: the name there is for it."""
 
 
 class Fleet:
     """Starts nodes as separate processes; each writes to its own log file."""
 
-    def __init__(self, folder: Path, domain: PrivateDomain) -> None:
-        """``folder`` gets a log and a parameter file for every node; all of them speak in ``domain``."""
+    def __init__(self, folder: Path, domain: PrivateDomain | None = None) -> None:
+        """``folder`` gets a log and a parameter file for every node; all speak in ``domain``, or as ROS is set."""
         self._folder = folder
-        self._domain = domain
-        self._environment = ON_ONE_THREAD | dict(os.environ) | domain.environment
+        self._environment = ON_ONE_THREAD | dict(os.environ) | (domain.environment if domain else {})
+        self._held = (domain.reservation,) if domain else ()
         self._running: dict[str, subprocess.Popen[bytes]] = {}
         self._peak_rss_mb: dict[str, float] = {}
         folder.mkdir(parents=True, exist_ok=True)
@@ -52,6 +54,8 @@ class Fleet:
         parameters.write_text(yaml.safe_dump({node.name: {"ros__parameters": dict(node.parameters)}}))
         command = [str(executable(node.package, node.executable)), *node.arguments, "--ros-args"]
         command += ["-r", f"__node:={node.name}", "--params-file", str(parameters)]
+        for name, there in node.topics.items():
+            command += ["-r", f"{name}:={there}"]
         with self.log(node.name).open("wb") as log:
             # A session of its own: Ctrl-C in the terminal reaches the runner alone, which stops the nodes in order.
             self._running[node.name] = subprocess.Popen(
@@ -60,7 +64,7 @@ class Fleet:
                 stderr=subprocess.STDOUT,
                 env=self._environment,
                 start_new_session=True,
-                pass_fds=(self._domain.reservation,),
+                pass_fds=self._held,
                 preexec_fn=_join_the_run,  # noqa: PLW1509 - system calls only, no lock is taken
             )
 

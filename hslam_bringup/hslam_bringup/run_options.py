@@ -30,7 +30,7 @@ SET_BY_THE_RUN = {
 ATLAS_FILES = ("atlas.db", "atlas.db-wal", "atlas.db-shm", "atlas.db-journal")
 EARLIER_RUN = "resumed.json"
 """The file that names the run which one has taken up."""
-_LEFT_BY_A_RUN = (*ATLAS_FILES, "bag", "figures", "report.json", "log", "scout.tty", EARLIER_RUN)
+_LEFT_BY_A_RUN = (*ATLAS_FILES, "bag", "figures", "report.json", "log", "scout.tty", EARLIER_RUN, "atlas.svg")
 
 
 @dataclass(frozen=True)

@@ -5,9 +5,10 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from geometry_msgs.msg import TwistStamped
+from geometry_msgs.msg import Twist, TwistStamped
 from hslam_msgs.msg import GvgEvent, NodeStatus, SonarRing
 from nav_msgs.msg import Odometry
+from rclpy.duration import Duration
 from rclpy.node import Node
 from sensor_msgs.msg import LaserScan, PointCloud2
 from std_srvs.srv import Trigger
@@ -30,6 +31,9 @@ from hslam_types.config import Configuration, parameter
 from hslam_types.se2 import SE2
 from hslam_types.sensing import OdometrySample, RangeScan, SonarSweep, Velocity
 
+_STOP_WITHIN_S = 0.5
+"""So long a base may take to confirm that it has heard the last command."""
+
 
 @dataclass(frozen=True)
 class GvgNodeConfig(Configuration):
@@ -39,6 +43,7 @@ class GvgNodeConfig(Configuration):
     hold_back_s: float = parameter(
         0.1, "running free: how long a cycle waits for its ranges", low=0.0, high=5.0, unit="s"
     )
+    stamped_command: bool = parameter(True, "say `cmd_vel` as TwistStamped; otherwise as Twist, as most bases want it")
     map_every_s: float = parameter(1.0, "time between two pictures of the local map", low=0.0, high=60.0, unit="s")
 
 
@@ -59,7 +64,9 @@ class GvgNode(Node):
         self._events_said = 0
         self._next_map_ns = 0
         self._base_in_odom = SE2()
-        self._command = self.create_publisher(TwistStamped, "cmd_vel", CYCLE)
+        self._heard_ns: int | None = None
+        """The last cycle driven."""
+        self._command = self.create_publisher(TwistStamped if self._config.stamped_command else Twist, "cmd_vel", CYCLE)
         self._events = self.create_publisher(GvgEvent, "~/events", EVENTS)
         self._status = self.create_publisher(NodeStatus, "~/status", CYCLE)
         self._map = self.create_publisher(PointCloud2, "~/local_map", LATCHED)
@@ -108,7 +115,7 @@ class GvgNode(Node):
             self._answer(cycle.stamp_ns, Velocity(), (), "blind")
             return
         odom: OdometrySample = cycle.clock
-        self._base_in_odom = odom.base_in_odom
+        self._base_in_odom, self._heard_ns = odom.base_in_odom, cycle.stamp_ns
         broken = cycle.anew.get(TIME) or self._continuity.broken_by(odom)
         if broken:
             self.get_logger().warning(f"{broken}; lost, and the local map is forgotten")
@@ -122,7 +129,7 @@ class GvgNode(Node):
             self._map.publish(local_map_to_msg(self._server.obstacle_points(), cycle.stamp_ns))
 
     def _answer(self, stamp_ns: int, command: Velocity, events: tuple[gvg_events.GvgEvent, ...], state: str) -> None:
-        self._command.publish(conversions.velocity_to_msg(command, stamp_ns))
+        self._say(command, stamp_ns)
         for event in events:
             self._events.publish(conversions.event_to_msg(event))
         self._events_said += len(events)
@@ -133,6 +140,16 @@ class GvgNode(Node):
             conversions.pose_to_msg(self._base_in_odom),
         )
         self._status.publish(status)
+
+    def _say(self, command: Velocity, stamp_ns: int) -> None:
+        msg = conversions.velocity_to_msg(command, stamp_ns)
+        self._command.publish(msg if self._config.stamped_command else msg.twist)
+
+    def close(self) -> None:
+        """Stop the robot: whoever drives it by the wall clock does not wait for an answer."""
+        if not self._config.lockstep and self._heard_ns is not None:
+            self._say(Velocity(), self._heard_ns)
+            self._command.wait_for_all_acked(Duration(seconds=_STOP_WITHIN_S))
 
     def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         self._actions.reset()

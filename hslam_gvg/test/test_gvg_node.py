@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from geometry_msgs.msg import Point, TwistStamped
+from geometry_msgs.msg import Point, Twist, TwistStamped
 from hslam_msgs.action import AccessGvg, DriveStraight, TraceEdge
 from hslam_msgs.msg import GvgEvent, NodeStatus, SonarRing
 from nav_msgs.msg import Odometry
@@ -277,3 +277,21 @@ def test_what_begins_anew_is_a_loss_and_goals_are_taken_again(pair: Pair, broken
     pair.send(pair.rest.access, AccessGvg.Goal())
     pair.cycle(odom=carried)
     assert pair.rest.statuses[-1].state == "listening"
+
+
+@pytest.mark.parametrize(("stamped", "kind"), [(True, TwistStamped), (False, Twist)])
+def test_a_base_gets_its_command_as_it_wants_it_and_is_stopped_at_the_end(
+    staged: Staged, stamped: bool, kind: type
+) -> None:
+    pair = staged(Pair, stamped_command=stamped, lockstep=False, hold_back_s=0.0)
+    heard: list[Any] = []
+    pair.rest.create_subscription(kind, "cmd_vel", heard.append, CYCLE)
+    pair.spin_until(lambda: pair.gvg.count_subscribers("cmd_vel") == 1)
+    pair.gvg.close()  # nothing was heard yet: there is nothing to stop
+    for _ in range(3):
+        pair.cycle()
+    pair.spin_until(lambda: len(heard) == 3)
+    pair.gvg.close()
+    pair.spin_until(lambda: len(heard) == 4)
+    twist = heard[-1].twist if stamped else heard[-1]
+    assert (twist.linear.x, twist.angular.z) == (0.0, 0.0)
