@@ -188,7 +188,12 @@ class Mapper:
             added = node.add_branch(sight.bearings[sight.come_along] + best.sight_in_node.pose.theta)
             added.seen, added.missed = 0, len(node.visits)  # this visit is counted where the robot stands
             key = added.key
-        outcome = tie(self.state, Drive(start, EdgeEnd(node.id, key, best.sight_in_node), edge_map), sure=best.sure)
+        drive = Drive(start, EdgeEnd(node.id, key, best.sight_in_node), edge_map)
+        outcome = tie(self.state, drive, sure=best.sure)
+        beyond = config.close_evidence + config.close_margin
+        if outcome is Outcome.CONTRADICTED and min(best.evidence, lead) >= beyond and best.map_evidence is not None:
+            # Two drives that both passed one junction unnoticed and parted there contradict each other, not the node.
+            outcome = tie(self.state, drive, sure=True)
         if outcome is Outcome.CONTRADICTED:
             if added is not None:
                 del node.branches[added.key]
