@@ -86,6 +86,8 @@ class AtlasServer:
         ``sense`` is needed by missions that use the atlas.
         """
         changed, visits = False, self.mapper.visits
+        if events:  # a session's first event tells how it is counted, though nothing is entered while the robot is lost
+            self._numbering.event(events[0])
         if self.dispatch.locator is None:
             for event in events:
                 changed |= self._enter(event, edge_maps, links)
