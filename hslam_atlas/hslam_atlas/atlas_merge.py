@@ -1,12 +1,5 @@
-"""Two atlases of one floor become one: of two sessions or two robots, with no common start.
+"""Two atlases of one floor become one: of two sessions or two robots, with no common start."""
 
-Every edge of one is matched with every edge of the other, by whole edge-maps, as a known edge is verified.  Each match
-is thought through to its end (`merge`): the nodes at its ends are one, then so are the edges on their common branches.
-What all the edges that come together say is the evidence of that way to lay one atlas on the other.  The best way must
-have enough of it and a clear lead over every way that contradicts it; else nothing is joined.
-"""
-
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
@@ -14,15 +7,10 @@ from hslam_atlas.config import AtlasConfig
 from hslam_atlas.errors import AtlasError
 from hslam_atlas.graph import AtlasGraph, EdgeEnd
 from hslam_atlas.look_alikes import LookAlikes
-from hslam_atlas.merge import Consequence, consequence
-from hslam_atlas.questions import Question, Questions
-from hslam_atlas.retrace import compare
+from hslam_atlas.part_joining import join_parts
+from hslam_atlas.questions import Questions
 from hslam_atlas.state import AtlasState
 from hslam_atlas.store import AtlasStore
-from hslam_atlas.uncertain_pose import UncertainPose
-
-_LEAST_M = 3.0
-"""The frame of a shorter edge has no direction of its own that two drives share."""
 
 
 class MergeRefusedError(AtlasError):
@@ -41,42 +29,16 @@ class MergedAtlases:
     """For the first way they were laid on each other (nats)."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Way:
-    """A way to lay the second atlas on the first: nodes of one match, and the edges that are one by it."""
-
-    gone: int
-    kept: int
-    gone_in_kept: UncertainPose
-    pairs: frozenset[tuple[int, int]]
-    """(edge of the second atlas, edge of the first)."""
-    evidence: float
-
-    def contradicts(self, other: "_Way") -> bool:
-        """Whether both cannot be true: an edge would be two edges."""
-        return any((a == c) != (b == d) for a, b in self.pairs for c, d in other.pairs) or not self.pairs & other.pairs
-
-
 def merge_atlases(first: AtlasStore, second: AtlasStore, into: AtlasStore, config: AtlasConfig) -> MergedAtlases:
     """Write to ``into``, an empty atlas, what two others know; raises MergeRefusedError where they cannot be joined.
 
     Ids and numbers of drives of the first stay, those of the second follow after them.
     """
-    state, questions, from_node, from_edge = _side_by_side(first, second, into, config)
+    state, questions, from_node = _side_by_side(first, second, into, config)
     graph = state.graph
     nodes, edges = len(graph.nodes), len(graph.edges)
-    evidence: float | None = None
-    while True:
-        ways = sorted(_ways(state, from_node, from_edge), key=lambda way: -way.evidence)
-        best = ways[0] if ways else None
-        why = _doubt(best, ways, config)
-        if best is None or why:
-            break
-        answer = Question(best.gone, best.kept, best.gone_in_kept, best.evidence)
-        if not questions.settle(state, answer):
-            why = "the best way to lay one on the other contradicts itself"
-            break
-        evidence = best.evidence if evidence is None else evidence
+    older, newer = ({n for n in graph.nodes if (n < from_node) is is_ours} for is_ours in (True, False))
+    evidence, why = join_parts(state, questions, older, newer)
     if evidence is None:
         raise MergeRefusedError(f"not joined: {why}")
     counts = {"closures": 0, "compared": state.look_alikes.compared, "alike": state.look_alikes.alike}
@@ -85,58 +47,10 @@ def merge_atlases(first: AtlasStore, second: AtlasStore, into: AtlasStore, confi
     return MergedAtlases(nodes - len(graph.nodes), edges - len(graph.edges), evidence)
 
 
-def _doubt(best: _Way | None, ways: list[_Way], config: AtlasConfig) -> str:
-    """Return why the best way cannot be taken, empty if it can."""
-    if best is None:
-        return "no edge of one looks like an edge of the other"
-    if best.evidence < config.close_evidence:
-        return (
-            f"the best way to lay one on the other makes {len(best.pairs)} edges one, which speaks for it by "
-            f"{best.evidence:.1f} nats of the {config.close_evidence:g} that are asked for"
-        )
-    rival = max((way.evidence for way in ways if way.contradicts(best)), default=0.0)
-    if best.evidence - rival < config.close_margin:
-        return f"they fit in more than one way ({best.evidence:.1f} and {rival:.1f} nats)"
-    return ""
-
-
-def _ways(state: AtlasState, from_node: int, from_edge: int) -> Iterator[_Way]:
-    """Yield every way that two edges, one of each atlas, give rise to and that does not contradict itself."""
-    graph = state.graph
-    ours = [edge for edge in graph.edges.values() if edge.id < from_edge]
-    theirs = [edge for edge in graph.edges.values() if edge.id >= from_edge]
-    matches: dict[tuple[int, int], float] = {}
-    starts: list[tuple[tuple[int, int], int, int, UncertainPose]] = []
-    for edge in ours:
-        for other in theirs:
-            for end in (0, 1):
-                if min(edge.terminal_x, other.terminal_x) < _LEAST_M:
-                    continue
-                here, there = edge.ends[0], other.ends[end]
-                match = compare(state, edge, 0, state.maps.seen_from(other.id, end), there.frame_in_node)
-                if match is None or not match.agrees:
-                    continue
-                offset = UncertainPose(match.alignment.offset, match.alignment.offset_covariance)
-                there_in_here = here.frame_in_node @ offset @ there.frame_in_node.inverse()
-                matches[other.id, edge.id] = max(match.evidence, matches.get((other.id, edge.id), -math.inf))
-                if there.node != here.node and there.node >= from_node > here.node:
-                    starts.append(((other.id, edge.id), there.node, here.node, there_in_here))
-    prior = -math.log(max(2 * len(ours) * len(theirs), 1))
-    known: list[Consequence] = []
-    for pair, gone, kept, gone_in_kept in starts:
-        if any((gone, kept) in way.nodes and pair in way.edges for way in known):
-            continue  # the same way, begun from another of its edges
-        found = consequence(state, gone, kept, gone_in_kept)
-        if found is not None and found.edges:
-            known.append(found)
-            said = state.look_alikes.joint(matches[one] for one in found.edges if one in matches)
-            yield _Way(gone, kept, gone_in_kept, found.edges, prior + said)
-
-
 def _side_by_side(
     first: AtlasStore, second: AtlasStore, into: AtlasStore, config: AtlasConfig
-) -> tuple[AtlasState, Questions, int, int]:
-    """Return both atlases as one of two parts, and the ids its second part's nodes and edges begin with."""
+) -> tuple[AtlasState, Questions, int]:
+    """Return both atlases as one of two parts, and the id its second part's nodes begin with."""
     graph, open_questions = first.load()
     other, other_questions = second.load()
     node, edge, link = graph.next_ids()
@@ -177,7 +91,7 @@ def _side_by_side(
         )
         for question in other_questions
     ]
-    return AtlasState(config, graph, into, alike), questions, node, edge
+    return AtlasState(config, graph, into, alike), questions, node
 
 
 def _numbers(graph: AtlasGraph, store: AtlasStore) -> Iterator[int]:

@@ -195,9 +195,17 @@ class Dispatch:
     def _explore(self) -> Mission:
         """Begin to explore; what follows the robot is the mapper again, which knows no more than the locator did."""
         locator, self.locator = self.locator, None
-        if locator is not None:
-            take_over(self._mapper, locator, self._numbering)
+        if locator is not None and not take_over(self._mapper, locator, self._numbering):
+            self._forget_lone_nodes()
         return InTurn(Explore(self._state, self._questions, self._mapper), self._home)
+
+    def _forget_lone_nodes(self) -> None:
+        """Forget nodes that nothing leads to: without a map nobody knows them again, and they are found anew."""
+        graph = self._state.graph
+        for node in sorted(graph.nodes):
+            if next(graph.neighbours(node), None) is None:
+                graph.remove_node(node)
+                self._questions.forget(node)
 
     def _home(self) -> Mission | None:
         """Return the mission that follows an exploration that has ended, if there is one."""

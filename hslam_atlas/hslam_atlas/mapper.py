@@ -7,6 +7,7 @@ from hslam_atlas.chain import chained
 from hslam_atlas.graph import EdgeEnd, Node
 from hslam_atlas.hypothesis import Hypothesis, Sight, best_constellation, is_where, learn_look_alikes, weigh
 from hslam_atlas.merge import take_out
+from hslam_atlas.part_joining import join_own_part
 from hslam_atlas.questions import Questions
 from hslam_atlas.retrace import compare, convinces, far_end, far_sight_in_node, update
 from hslam_atlas.sighting import branch_towards, observe, open_question, sight_of, view_of
@@ -102,6 +103,13 @@ class Mapper:
         self.underway = self._lost_from = None
         self._stand(node, sight_of(arrival, edge_map), sight_in_node, edge_map, arrival)
 
+    def join_parts(self) -> bool:
+        """Join what was begun anew, where nobody knew the robot to be, to what it is a part of; return whether."""
+        if self.here is None or not join_own_part(self.state, self.questions, self.here.node):
+            return False
+        self.follow_merges()
+        return True
+
     def track(self, traversal: int, frame_in_node: UncertainPose) -> None:
         """Be told in which frame the robot is tracked at the node it stands at."""
         if self.here is not None:
@@ -113,7 +121,7 @@ class Mapper:
         question = next((q for q in suspected if q.other == node), None)
         if question is None or not self.questions.settle(self.state, question):
             return self.here is not None and self.here.node == node
-        self._follow_merges()
+        self.follow_merges()
         return True
 
     def _never_left(self, start: EdgeEnd, edge_map: EdgeMap, sight: Sight, event: GvgEvent) -> bool:
@@ -213,7 +221,7 @@ class Mapper:
             if {sure[0].node, h.node} <= self.state.graph.nodes.keys():
                 h_in_first = sure[0].sight_in_node @ h.sight_in_node.inverse()
                 self.questions.join(self.state, h.node, sure[0].node, h_in_first)
-        self._follow_merges()
+        self.follow_merges()
 
     def _enter_new_node(
         self, start: EdgeEnd, edge_map: EdgeMap, sight: Sight, hypotheses: list[Hypothesis], event: GvgEvent
@@ -241,9 +249,9 @@ class Mapper:
     def _review(self, *touched: int) -> None:
         """Weigh what the new drive says about open questions; follow the merges that come of it."""
         self.questions.review(self.state, set(touched))
-        self._follow_merges()
+        self.follow_merges()
 
-    def _follow_merges(self) -> None:
+    def follow_merges(self) -> None:
         """If the node the robot stands at has become part of another, say where it stands in that one."""
         for merged in self.state.merged:
             if self.here is not None and merged.gone == self.here.node:

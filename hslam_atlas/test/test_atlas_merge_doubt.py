@@ -5,9 +5,10 @@ import math
 import pytest
 from scripted_level import EXACT, edge_map, row
 
-from hslam_atlas.atlas_merge import _doubt, _side_by_side, _Way, _ways
+from hslam_atlas.atlas_merge import _side_by_side
 from hslam_atlas.config import AtlasConfig
 from hslam_atlas.graph import EdgeEnd
+from hslam_atlas.part_joining import _doubt, _Way, _ways
 from hslam_atlas.questions import Question
 from hslam_atlas.state import AtlasState
 from hslam_atlas.store import AtlasStore
@@ -78,14 +79,14 @@ def twice(*, backwards: bool = False, seeds: tuple[int, int] = (0, 1)) -> AtlasS
 def test_a_way_is_worth_its_matches_against_all_the_ways_there_could_be(backwards: bool) -> None:
     """Two edges that match, as far as look-alikes let them; each of two could lie on each of two, either way round."""
     state = twice(backwards=backwards)
-    (found,) = _ways(state, 3, 2)
+    (found,) = _ways(state, {0, 1, 2}, {3, 4, 5})
     assert found.pairs == {(2, 0), (3, 1)}
     each = state.look_alikes.capped(1000.0)
     assert found.evidence == pytest.approx(2.0 * each - math.log(2 * 2 * 2), abs=0.01)
 
 
 def test_edges_of_one_length_that_show_other_walls_are_no_way() -> None:
-    assert not list(_ways(twice(seeds=(77, 78)), 3, 2))
+    assert not list(_ways(twice(seeds=(77, 78)), {0, 1, 2}, {3, 4, 5}))
 
 
 def test_ids_and_numbers_of_the_second_follow_after_those_of_the_first() -> None:
@@ -100,8 +101,8 @@ def test_ids_and_numbers_of_the_second_follow_after_those_of_the_first() -> None
     assert isinstance(state.maps, AtlasStore)
     state.maps.save(graph, [doubt], {"compared": 10, "alike": 2})
     with AtlasStore() as into:
-        both, questions, from_node, from_edge = _side_by_side(state.maps, state.maps, into, AtlasConfig())
-        assert (from_node, from_edge) == (3, 2)
+        both, questions, from_node = _side_by_side(state.maps, state.maps, into, AtlasConfig())
+        assert from_node == 3
         assert [edge.traversals for edge in both.graph.edges.values()] == [(0,), (1,), (5,), (6,)]
         assert [[end.node for end in edge.ends] for edge in both.graph.edges.values()] == [
             [0, 1],

@@ -19,6 +19,7 @@ class Explore:
         """Whether the GVG level has nothing to do: at the start and after each arrival."""
         self._finished = False
         self._second_looks = SecondLooks(state)
+        self._arrivals = 0
 
     @property
     def doing(self) -> str:
@@ -49,7 +50,13 @@ class Explore:
         here = self._mapper.here
         if here is None:
             return GvgGoal(GoalKind.ACCESS)
+        self._arrivals += 1
+        # Parts are compared edge by edge: at ever longer intervals, and before anything is given up.
+        if self._arrivals & (self._arrivals - 1) == 0 and self._mapper.join_parts():
+            return self._decide()
         key = next_branch(self._state, self._questions, here)
+        if key is None and self._mapper.join_parts():
+            return self._decide()
         if key is None:
             key = self._second_looks.next_branch(here)
         if key is None:
