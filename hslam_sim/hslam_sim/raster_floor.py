@@ -31,6 +31,8 @@ ROBOT_RADIUS_M = 0.19
 """Body of the Nomadic Scout."""
 REACH_MARGIN_M = 0.06
 """Beyond the body's radius, what a robot keeps off a wall at least."""
+OUTSIDE_SHARE = 0.1
+"""Free space on more than this of the image's border is the outside of a building; a ray out of a window is not."""
 ISLAND_DIAGONAL_M = 0.30
 ROUNDS = 3
 COMFORTABLE_CLEARANCE_M = 1.2
@@ -88,14 +90,16 @@ def _start_pixel(source: RasterMap, start: SE2 | None, free: Mask, reach: float)
 
 
 def _chosen_start(free: Mask, clearance: npt.NDArray[np.float32], reach: float, comfortable: float) -> tuple[int, int]:
-    """Return the roomiest pixel (up to ``comfortable``) nearest to the middle of the largest enclosed component."""
+    """Return the roomiest pixel (up to ``comfortable``) nearest to the middle of the largest component inside."""
     labels = _labels(clearance >= reach)
     areas = np.bincount(labels.ravel())
     areas[0] = 0
     if areas.max() == 0:
         raise WorldError("the map has no room for the robot")
     regions = _labels(free)
-    at_edge = np.isin(regions, regions[_border(free)]) & free
+    on_border = np.bincount(regions[_border(free)], minlength=int(regions.max()) + 1)
+    around = np.flatnonzero(on_border > OUTSIDE_SHARE * np.count_nonzero(_border(np.ones_like(free))))
+    at_edge = np.isin(regions, around) & free
     reaches_edge = np.zeros(len(areas), dtype=bool)
     reaches_edge[labels[at_edge]] = True
     enclosed = np.where(reaches_edge, 0, areas)

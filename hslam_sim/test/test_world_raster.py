@@ -101,6 +101,16 @@ def test_the_start_is_never_outside_the_building(tmp_path: Path) -> None:
     assert space.area == pytest.approx(45.0, rel=0.01)
 
 
+def test_rays_out_of_a_window_do_not_make_a_hall_the_outside(tmp_path: Path) -> None:
+    """A hall with a ray as wide as the robot to the border, and a closet of a twentieth of its size."""
+    image = np.full((240, 300), 205, dtype=np.uint8)
+    image[20:180, 20:280] = 254
+    image[0:20, 100:112] = 254
+    image[195:235, 20:72] = 254
+    space = load_world(write(tmp_path, image)).free_space
+    assert space.area > 100.0
+
+
 def test_a_given_start_chooses_the_room(tmp_path: Path) -> None:
     two = np.hstack([room(), room(120, 200)[:, :150]])
     world = load_world(write(tmp_path, two, extra="start: {x: 14.0, y: 3.0, heading_deg: 180}\n"))
