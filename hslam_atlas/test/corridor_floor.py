@@ -159,3 +159,19 @@ def comb(teeth: int, pitch_m: float, depth_m: float) -> tuple[Corridor, ...]:
     back = (places[-1], (length, 0.0), (length, 30.0), (0.0, 30.0), (0.0, 0.0), places[0])
     corridors.append(Corridor(teeth - 1, 0, back, 2.4))
     return tuple(corridors)
+
+
+def theta(length_m: float, up_m: float, down_m: float) -> tuple[Corridor, ...]:
+    """Return two nodes joined by a middle corridor and two ways round it."""
+    ways: list[tuple[Point, ...]] = [((0.0, 0.0), (length_m, 0.0))]
+    ways += [((0.0, 0.0), (0.0, y), (length_m, y), (length_m, 0.0)) for y in (up_m, -down_m)]
+    return tuple(Corridor(0, 1, line, 2.4) for line in ways)
+
+
+def spoked_ring(spokes: int, radius_m: float) -> tuple[Corridor, ...]:
+    """Return a ring of equal corridors with an equal dead end outwards from each of its nodes."""
+    turns = [2.0 * math.pi * k / spokes for k in range(spokes)]
+    inner = [(radius_m * math.cos(turn), radius_m * math.sin(turn)) for turn in turns]
+    outer = [(1.6 * x, 1.6 * y) for x, y in inner]
+    ring = [Corridor(k, (k + 1) % spokes, (inner[k], inner[(k + 1) % spokes]), 2.4) for k in range(spokes)]
+    return (*ring, *(Corridor(k, spokes + k, (inner[k], outer[k]), 2.4) for k in range(spokes)))

@@ -5,7 +5,7 @@ import math
 import networkx as nx
 import numpy as np
 import pytest
-from corridor_floor import Corridor, CorridorFloor, comb, furnish, grid, wean_hall
+from corridor_floor import Corridor, CorridorFloor, comb, furnish, grid, spoked_ring, theta, wean_hall
 from edge_walker import EdgeWalker, WalkNoise
 from explored import explore
 from hash_seeds import under_two_hash_seeds
@@ -13,6 +13,11 @@ from hash_seeds import under_two_hash_seeds
 from hslam_atlas.server import AtlasServer
 from hslam_atlas.store import AtlasStore
 from hslam_types.gvg_events import GoalKind, NodeKind
+
+ROUGH = WalkNoise(
+    node_m=0.06, bearing=math.radians(6.0), drift_per_50m=math.radians(1.2), degree_misread=0.1,
+    node_missed=0.05, landmark_missed=0.12, clutter=0.08,
+)  # fmt: skip
 
 
 def floor_of(corridors: tuple[Corridor, ...], seed: int, *, period_m: float = 0.0) -> CorridorFloor:
@@ -34,13 +39,28 @@ def test_a_grid_of_short_edges(seed: int) -> None:
     assert end.is_isomorphic()
 
 
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(
+    "corridors",
+    [
+        theta(12.0, 10.0, 10.0),
+        theta(20.0, 10.0, 10.3),
+        theta(8.0, 8.0, 8.0),
+        theta(12.0, 10.0, 11.0),
+        spoked_ring(6, 12.0),
+    ],
+    ids=["theta", "nearly even", "square", "uneven", "ring"],
+)
+def test_ways_of_one_length_between_the_same_nodes_are_told_apart(corridors: tuple[Corridor, ...], seed: int) -> None:
+    end = explore(floor_of(corridors, seed), 0, seed, ROUGH)
+    assert end.finished
+    assert end.false_closures() == 0
+    assert end.is_isomorphic()
+
+
 def test_rough_sensing_closes_no_loop_wrongly() -> None:
     """Degrees misread in one visit of ten, a node passed in twenty, twice the drift, more clutter."""
-    rough = WalkNoise(
-        node_m=0.06, bearing=math.radians(6.0), drift_per_50m=math.radians(1.2), degree_misread=0.1,
-        node_missed=0.05, landmark_missed=0.12, clutter=0.08,
-    )  # fmt: skip
-    ends = [explore(floor_of(wean_hall(), seed), 0, seed, rough, goals=45) for seed in (4, 7)]
+    ends = [explore(floor_of(wean_hall(), seed), 0, seed, ROUGH, goals=45) for seed in (4, 7)]
     assert [end.false_closures() for end in ends] == [0, 0]
     assert all(end.finished for end in ends)
     assert all(end.is_isomorphic() for end in ends)
