@@ -11,7 +11,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from hslam_bringup import atlas_commands, errand_commands
+from hslam_bringup import atlas_commands, errand_commands, import_commands
 from hslam_bringup.linear_algebra import hold_to_one_thread
 from hslam_bringup.robots import Robot
 from hslam_types.errors import HslamError
@@ -24,6 +24,7 @@ app = typer.Typer(
 )
 bag_app = typer.Typer(help="Look into bags and repair damaged ones.", no_args_is_help=True)
 app.add_typer(bag_app, name="bag")
+app.add_typer(import_commands.app, name="import")
 app.command()(errand_commands.navigate)
 app.command()(errand_commands.localise)
 app.command()(atlas_commands.info)

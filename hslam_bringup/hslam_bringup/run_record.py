@@ -9,7 +9,7 @@ from hslam_bags.recorder import Recorder
 from hslam_bags.ros_qos import offer_from_profile
 from hslam_ros.qos import CYCLE, EVENTS, LATCHED
 
-_LATCHED = frozenset({"/bumper", "/atlas/atlas"})
+_LATCHED = frozenset({"/bumper", "/atlas/atlas", "/tf_static"})
 _EVENTS = frozenset({"/gvg/events", "/ekf/edge_maps", "/ekf/frame_links"})
 
 
