@@ -176,3 +176,20 @@ def test_an_edge_taken_out_leaves_where_its_far_node_lies() -> None:
     assert (measured.from_node, measured.to_node) == (0, 1)
     assert measured.to_in_from.pose == pytest.approx(there)
     assert state.loosened == {0, 1}
+
+
+def test_an_edge_that_turns_out_to_come_back_by_its_own_branch_is_none() -> None:
+    state = bare([0.0, 2.0, 4.0], [0.0, 2.0, 4.0])
+    connect(state, Drive(EdgeEnd(0, 0, FORWARD), EdgeEnd(1, 0, FORWARD), WEST_1))
+    assert merge(state, 1, 0, FORWARD)
+    (node,) = state.graph.nodes.values()
+    assert {branch.edge for branch in node.branches.values()} == {None}
+    assert (state.graph.edges, state.graph.links) == ({}, {})
+
+
+def test_an_edge_that_comes_back_by_another_branch_stays() -> None:
+    state = bare([0.0, 2.0, 4.0], [0.0, 2.0, 4.0])
+    connect(state, Drive(EdgeEnd(0, 0, FORWARD), EdgeEnd(1, 1, FORWARD), WEST_1))
+    assert merge(state, 1, 0, FORWARD)
+    (edge,) = state.graph.edges.values()
+    assert [(end.node, end.branch) for end in edge.ends] == [(0, 0), (0, 1)]
