@@ -216,9 +216,9 @@ def _carry_out(state: AtlasState, union: _Union) -> None:
     kept = graph.nodes[union.kept]
     gone = graph.nodes[union.gone]
     for key, onto in union.branches.items():
-        edge_id = gone.branches[key].edge
-        if edge_id is not None and onto is not None and edge_id == kept.branches[onto].edge:
-            take_out(state, edge_id)  # the robot had come back by the branch it left by: no edge leads so
+        between = gone.branches[key].edge
+        if between is not None and onto is not None and between == kept.branches[onto].edge:
+            take_out(state, between)  # the robot had come back by the branch it left by: no edge leads so
     branches: dict[int, int] = {}
     for key, onto in union.branches.items():
         if onto is not None:

@@ -88,6 +88,50 @@ def export(
     _print({"file": str(done.path), "said": done.said}, as_json=as_json)
 
 
+def map_bag(
+    bag: Annotated[Path, typer.Argument(help="a bag with odometry and scans: a folder, an .mcap or a .db3 file")],
+    *,
+    out: Annotated[Path, typer.Option(help="folder for the atlas, its picture, the path and a bag of what was found")],
+    odom: Annotated[str, typer.Option(help="topic of the odometry (nav_msgs/Odometry)")] = "/odom",
+    scan: Annotated[str, typer.Option(help="topic of the scans (sensor_msgs/LaserScan)")] = "/scan",
+    settings: Annotated[
+        Optional[list[str]],
+        typer.Option("--set", help="NODE.PARAMETER=VALUE with NODE one of gvg, scan_landmarks, ekf, atlas; repeatable"),
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="replace what an earlier run left in --out")] = False,
+    as_json: Json = False,
+) -> None:
+    """Build an atlas from the bag of a robot that somebody drove about: it finds the nodes and edges that were passed.
+
+    The robot needs odometry and a planar scanner, and nothing on the walls: landmarks are corners and poles.
+
+    Example: hslam map bags/intel --out maps/intel
+    """
+    from hslam_bags.bag import Bag
+    from hslam_bringup.atlas_export import export as write
+    from hslam_bringup.atlas_plot import plot as draw
+    from hslam_bringup.errand import atlas_state
+    from hslam_bringup.errors import RunError
+    from hslam_bringup.map_run import WATCHED, MapTopics
+    from hslam_bringup.map_run import map_bag as run
+    from hslam_bringup.node_parameters import ALGORITHMS, check_settings
+    from hslam_bringup.run_options import RunOptions, merged, parse_settings, prepare_output
+
+    nodes = ("gvg", "scan_landmarks", "ekf", "atlas")
+    options = RunOptions("", 0, out, parse_settings(settings or (), nodes))
+    if fixed := sorted(WATCHED["gvg"].keys() & options.node_settings("gvg").keys()):
+        raise RunError(f"--set gvg.{fixed[0]}: here the GVG level watches scans, and drives nothing")
+    check_settings(merged(options.settings, WATCHED), ALGORITHMS)
+    with Bag(bag) as opened:
+        prepare_output(out, force=force)
+        done = _watched("mapping", lambda show: run(opened, MapTopics(odom, scan), options, show))
+    if done.edges:
+        with atlas_state(options.atlas) as state:
+            draw(state, out / "atlas.svg", is_chained=False)
+            _watched("placing the path", lambda show: write(state, "tum", out / "path.tum", options.bag, 0.05, show))
+    _print(done.fields, as_json=as_json)
+
+
 def merge(
     a: Annotated[Path, typer.Argument(help="an atlas file; its ids stay")],
     b: Annotated[Path, typer.Argument(help="another of the same floor, by another session or robot")],
@@ -112,7 +156,8 @@ def merge(
 def _watched(what: str, run: Callable[[Callable[[float], None]], Any]) -> Any:
     """Run with a progress bar on stderr."""
     columns = (TextColumn("{task.description}"), BarColumn(bar_width=20), TaskProgressColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
+    console = Console(stderr=True)
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
         task = progress.add_task(what, total=1.0)
         try:
             return run(lambda share: progress.update(task, completed=share))

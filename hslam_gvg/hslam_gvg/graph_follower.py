@@ -4,25 +4,21 @@ Odometry and scans, or sweeps of sonars, go in, a command and events come out.  
 map, the map a local reduced graph, and the robot follows its branches; nodes are decided by the truth's own rules.
 """
 
-import dataclasses
 import math
 
 from hslam_gvg.driving.doing import Accessing, GoingStraight, Idle, Turning
 from hslam_gvg.driving.driver import Driver
 from hslam_gvg.driving.handled import Handled
 from hslam_gvg.driving.now import Now
-from hslam_gvg.driving.surroundings import Surroundings
+from hslam_gvg.driving.surroundings import surroundings
 from hslam_gvg.driving.traversal import Traversal
 from hslam_gvg.follow_config import FollowConfig
 from hslam_gvg.guards.ring_guard import RingGuardConfig
 from hslam_gvg.local_graph.graph_config import LocalGraphConfig
-from hslam_gvg.ranging.local_map import LocalMap
 from hslam_gvg.ranging.scan_map_config import ScanMapConfig
-from hslam_gvg.ranging.scanned_map import ScannedMap
-from hslam_gvg.ranging.sonar_map import SonarMap
 from hslam_gvg.ranging.sonar_map_config import SonarMapConfig
 from hslam_gvg.states import GvgError, GvgOutput, GvgState
-from hslam_types.gvg_events import GoalKind, GvgEvent, GvgGoal, NodeView
+from hslam_types.gvg_events import GoalKind, GvgGoal, NodeView
 from hslam_types.se2 import Array
 from hslam_types.sensing import OdometrySample, RangeScan, SonarSweep, Velocity
 
@@ -50,16 +46,11 @@ class GraphFollower:
         self._forget()
 
     def _forget(self) -> None:
-        self._around = Surroundings(self.config, self._new_map(), self._graph)
+        self._around = surroundings(self.config, self._mapping, self._graph, self._guard)
         self._handled, self._driver = Handled(), Driver()
         self.next_goal: GvgGoal | None = None
         """Goal taken but not begun."""
         self._decided_ns: int | None = None
-
-    def _new_map(self) -> LocalMap:
-        if isinstance(self._mapping, SonarMapConfig):
-            return SonarMap(self._mapping, self._guard, self.config.body_m)
-        return ScannedMap(self.config, self._mapping)
 
     @property
     def node(self) -> NodeView | None:
@@ -125,10 +116,7 @@ class GraphFollower:
             self._heard_ns = odom.stamp_ns
         is_blind = now.since_s(self._heard_ns) > self.config.blind_s
         command = Velocity() if is_blind else driver.step(odom, now)
-        return GvgOutput(command, tuple(map(self._in_odom, traversal.events)), driver.kind, dropped)
-
-    def _in_odom(self, event: GvgEvent) -> GvgEvent:
-        return event if event.node is None else dataclasses.replace(event, node=self._around.in_odom(event.node))
+        return GvgOutput(command, tuple(map(around.event_in_odom, traversal.events)), driver.kind, dropped)
 
     def _begin_goal(self, last_ns: int) -> str:
         """Begin the goal taken, unless its time comes later; return why it cannot be begun, empty if it can."""

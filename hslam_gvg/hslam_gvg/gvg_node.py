@@ -10,11 +10,12 @@ from hslam_msgs.msg import GvgEvent, NodeStatus, SonarRing
 from nav_msgs.msg import Odometry
 from rclpy.duration import Duration
 from rclpy.node import Node
+from rclpy.publisher import Publisher
 from sensor_msgs.msg import LaserScan, PointCloud2
 from std_srvs.srv import Trigger
 
 from hslam_gvg.gvg_actions import GvgActions
-from hslam_gvg.level import CONFIGURATIONS, RING, Hearing, SourceConfig, gvg_level
+from hslam_gvg.level import CONFIGURATIONS, NONE, RING, Hearing, SourceConfig, gvg_level
 from hslam_gvg.local_map_message import local_map_to_msg
 from hslam_ros import conversions
 from hslam_ros.checks import LARGEST
@@ -66,7 +67,10 @@ class GvgNode(Node):
         self._base_in_odom = SE2()
         self._heard_ns: int | None = None
         """The last cycle driven."""
-        self._command = self.create_publisher(TwistStamped if self._config.stamped_command else Twist, "cmd_vel", CYCLE)
+        self._command: Publisher | None = None
+        if self._source.drive != NONE:
+            kind = TwistStamped if self._config.stamped_command else Twist
+            self._command = self.create_publisher(kind, "cmd_vel", CYCLE)
         self._events = self.create_publisher(GvgEvent, "~/events", EVENTS)
         self._status = self.create_publisher(NodeStatus, "~/status", CYCLE)
         self._map = self.create_publisher(PointCloud2, "~/local_map", LATCHED)
@@ -142,12 +146,13 @@ class GvgNode(Node):
         self._status.publish(status)
 
     def _say(self, command: Velocity, stamp_ns: int) -> None:
-        msg = conversions.velocity_to_msg(command, stamp_ns)
-        self._command.publish(msg if self._config.stamped_command else msg.twist)
+        if self._command is not None:
+            msg = conversions.velocity_to_msg(command, stamp_ns)
+            self._command.publish(msg if self._config.stamped_command else msg.twist)
 
     def close(self) -> None:
         """Stop the robot: whoever drives it by the wall clock does not wait for an answer."""
-        if not self._config.lockstep and self._heard_ns is not None:
+        if self._command is not None and not self._config.lockstep and self._heard_ns is not None:
             self._say(Velocity(), self._heard_ns)
             self._command.wait_for_all_acked(Duration(seconds=_STOP_WITHIN_S))
 

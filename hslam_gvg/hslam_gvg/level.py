@@ -7,6 +7,7 @@ from typing import Any, Protocol, TypeVar
 from hslam_gvg.config import GvgConfig
 from hslam_gvg.follow_config import FollowConfig, RingFollowConfig
 from hslam_gvg.graph_follower import GraphFollower
+from hslam_gvg.graph_watcher import GraphWatcher
 from hslam_gvg.guards.ring_guard import RingGuardConfig
 from hslam_gvg.local_graph.graph_config import LocalGraphConfig, RingGraphConfig
 from hslam_gvg.ranging.scan_map_config import ScanMapConfig
@@ -23,10 +24,10 @@ C = TypeVar("C", bound=Configuration)
 
 RING, SCAN = "ring", "scan"
 """Names of the sources: sonars in a ring, or a scanning range finder."""
-LAWS, GRAPH = "laws", "graph"
-"""Names of the ways to drive: by the paper's control laws, or along the local graph."""
-RING_GRAPH = "ring by graph"
-"""The level that drives along the local graph of a ring's map."""
+LAWS, GRAPH, NONE = "laws", "graph", "none"
+"""Names of the ways to drive: by the paper's control laws, along the local graph, or not at all."""
+RING_GRAPH, RING_WATCHED, SCAN_WATCHED = "ring by graph", "ring watched", "scan watched"
+"""The levels that drive along the local graph of a ring's map, and that watch a robot that somebody else drives."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +36,9 @@ class SourceConfig(Configuration):
 
     source: str = parameter(RING, "ring: hslam_msgs/SonarRing on `sonar`; scan: sensor_msgs/LaserScan on `scan`")
     drive: str = parameter(
-        LAWS, "ring: by the paper's control laws (laws), or along the local graph (graph), as with a scanner always"
+        LAWS,
+        "ring: by the paper's control laws (laws), or along the local graph (graph), as with a scanner always; none: "
+        "somebody else drives, and is told nodes and edges",
     )
     scan_forward_m: float = parameter(
         0.0, "the scanner's place before base_link's origin", low=-5.0, high=5.0, unit="m"
@@ -48,12 +51,14 @@ class SourceConfig(Configuration):
         super().__post_init__()
         if self.source not in (RING, SCAN):
             raise ConfigurationError(f"parameter 'source' must be {RING} or {SCAN}, not {self.source!r}")
-        if self.drive not in (LAWS, GRAPH):
-            raise ConfigurationError(f"parameter 'drive' must be {LAWS} or {GRAPH}, not {self.drive!r}")
+        if self.drive not in (LAWS, GRAPH, NONE):
+            raise ConfigurationError(f"parameter 'drive' must be {LAWS}, {GRAPH} or {NONE}, not {self.drive!r}")
 
     @property
     def level(self) -> str:
         """Which level that makes, a key of `CONFIGURATIONS`."""
+        if self.drive == NONE:
+            return SCAN_WATCHED if self.source == SCAN else RING_WATCHED
         return SCAN if self.source == SCAN else RING_GRAPH if self.drive == GRAPH else RING
 
     @property
@@ -62,15 +67,14 @@ class SourceConfig(Configuration):
         return SE2(self.scan_forward_m, self.scan_left_m, self.scan_yaw)
 
 
+_BY_SCAN = (("", FollowConfig), ("map.", ScanMapConfig), ("graph.", LocalGraphConfig))
+_BY_RING = (("", RingFollowConfig), ("map.", SonarMapConfig), ("graph.", RingGraphConfig), ("guard.", RingGuardConfig))
 CONFIGURATIONS: Mapping[str, tuple[tuple[str, type[Configuration]], ...]] = {
     RING: (("", GvgConfig),),
-    SCAN: (("", FollowConfig), ("map.", ScanMapConfig), ("graph.", LocalGraphConfig)),
-    RING_GRAPH: (
-        ("", RingFollowConfig),
-        ("map.", SonarMapConfig),
-        ("graph.", RingGraphConfig),
-        ("guard.", RingGuardConfig),
-    ),
+    RING_GRAPH: _BY_RING,
+    RING_WATCHED: _BY_RING,
+    SCAN: _BY_SCAN,
+    SCAN_WATCHED: _BY_SCAN,
 }
 """By level (`SourceConfig.level`): the configurations of the level, each with the prefix of its parameters' names."""
 
@@ -111,18 +115,19 @@ class GvgLevel(Protocol):
 
 def gvg_level(level: str, configurations: Sequence[Configuration]) -> GvgLevel:
     """Return a level of `CONFIGURATIONS`, by its configurations in their order there."""
-    if level == RING_GRAPH:
+    if level == RING:
+        return GvgServer(_of(GvgConfig, configurations[0]))
+    by_graph = GraphWatcher if level in (RING_WATCHED, SCAN_WATCHED) else GraphFollower
+    if level in (RING_GRAPH, RING_WATCHED):
         ring_follow, sonar, ring_graph, guard = configurations
-        return GraphFollower(
+        return by_graph(
             _of(RingFollowConfig, ring_follow),
             _of(SonarMapConfig, sonar),
             _of(RingGraphConfig, ring_graph),
             _of(RingGuardConfig, guard),
         )
-    if level == SCAN:
-        follow, mapping, graph = configurations
-        return GraphFollower(_of(FollowConfig, follow), _of(ScanMapConfig, mapping), _of(LocalGraphConfig, graph))
-    return GvgServer(_of(GvgConfig, configurations[0]))
+    follow, mapping, graph = configurations
+    return by_graph(_of(FollowConfig, follow), _of(ScanMapConfig, mapping), _of(LocalGraphConfig, graph))
 
 
 def level_from_mapping(values: Mapping[str, Any]) -> tuple[GvgLevel, SourceConfig]:

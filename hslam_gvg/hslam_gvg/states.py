@@ -27,6 +27,7 @@ class GvgState(Enum):
     BACKING = "backing"
     RECOILING = "recoiling"
     STRAIGHT = "straight"
+    WATCHING = "watching"
 
 
 ON_EDGE = frozenset(

@@ -31,7 +31,7 @@ def test_the_ring_along_the_graph_has_its_own_defaults_and_groups() -> None:
 
 
 def test_another_way_of_driving_is_refused() -> None:
-    with pytest.raises(ConfigurationError, match="'drive' must be laws or graph, not 'map'"):
+    with pytest.raises(ConfigurationError, match="'drive' must be laws, graph or none, not 'map'"):
         level_from_mapping({"drive": "map"})
 
 

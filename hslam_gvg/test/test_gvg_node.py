@@ -240,7 +240,9 @@ def test_the_local_map_is_said_to_whoever_listens(pair: Pair) -> None:
 def test_what_is_refused_stops_the_robot_for_a_cycle_and_is_told(pair: Pair) -> None:
     commands: list[TwistStamped] = []
     pair.rest.create_subscription(TwistStamped, "cmd_vel", commands.append, CYCLE)
-    pair.spin_until(lambda: pair.gvg._command.get_subscription_count() > 0)
+    said = pair.gvg._command
+    assert said is not None
+    pair.spin_until(lambda: said.get_subscription_count() > 0)
     pair.cycle()
     pair.send(pair.rest.straight, DriveStraight.Goal(target=Point(x=2.0)))
     pair.cycle()

@@ -10,9 +10,9 @@ from hslam_gvg.driving.follow import homing_on
 from hslam_gvg.driving.listening import listening
 from hslam_gvg.driving.now import Now, Step
 from hslam_gvg.driving.pursuit import approach, pursue
-from hslam_gvg.local_graph.polyline import apart_m, chord_bearing, straight_on
-from hslam_types.gvg_events import NodeKind, NodeView
-from hslam_types.se2 import Array, wrap
+from hslam_gvg.local_graph.node_view import node_view
+from hslam_gvg.local_graph.polyline import apart_m, straight_on
+from hslam_types.se2 import Array
 from hslam_types.sensing import Velocity
 from hslam_voronoi.branch_graph import Hub
 
@@ -121,12 +121,7 @@ def _onward(path: Array, now: Now) -> Array:
 
 def _arrived(hub: Hub, paths: list[Array], now: Now) -> Step:
     """Announce a node of the local graph, its branches counter-clockwise, and the one come along."""
-    chord_m = max(now.config.chord_m, hub.clearance + 0.5)
-    branches = sorted(((wrap(chord_bearing(path, chord_m)), i) for i, path in enumerate(paths)))
-    bearings = tuple(bearing for bearing, _ in branches)
-    ordered = tuple(paths[i] for _, i in branches)
-    kind = NodeKind.BOUNDARY_POINT if len(ordered) == 1 else NodeKind.MEET_POINT
-    view = NodeView(kind, hub.x, hub.y, hub.clearance, bearings)
+    view, ordered = node_view(hub, paths, now.config.chord_m)
     back = now.traversal.back()
     apart = [apart_m(back, path, 2.0 + hub.clearance) for path in ordered] if len(back) > 1 else []
     known = any(math.isfinite(distance) for distance in apart)

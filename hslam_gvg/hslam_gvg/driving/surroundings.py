@@ -8,12 +8,17 @@ import numpy as np
 
 from hslam_gvg.follow_config import FollowConfig
 from hslam_gvg.guards.body_guard import limited
+from hslam_gvg.guards.ring_guard import RingGuardConfig
 from hslam_gvg.local_graph import open_space
 from hslam_gvg.local_graph.graph_config import LocalGraphConfig
 from hslam_gvg.local_graph.local_graph import LocalGraph, local_graph
 from hslam_gvg.ranging.local_map import LocalMap
 from hslam_gvg.ranging.odometer import Odometer
-from hslam_types.gvg_events import NodeView
+from hslam_gvg.ranging.scan_map_config import ScanMapConfig
+from hslam_gvg.ranging.scanned_map import ScannedMap
+from hslam_gvg.ranging.sonar_map import SonarMap
+from hslam_gvg.ranging.sonar_map_config import SonarMapConfig
+from hslam_types.gvg_events import GvgEvent, NodeView
 from hslam_types.se2 import SE2, Array, wrap
 from hslam_types.sensing import OdometrySample, Velocity
 
@@ -87,6 +92,10 @@ class Surroundings:
         bearings = tuple(wrap(bearing + shift.theta) for bearing in view.bearings_in_odom)
         return dataclasses.replace(view, x_in_odom=x, y_in_odom=y, bearings_in_odom=bearings)
 
+    def event_in_odom(self, event: GvgEvent) -> GvgEvent:
+        """Return an event whose node is in the map as one with its node in odom now."""
+        return event if event.node is None else dataclasses.replace(event, node=self.in_odom(event.node))
+
     def touch(self, bearing: float) -> None:
         """Note that the body was held by something in a direction (rad)."""
         reach = self._config.body_m + 0.02
@@ -151,3 +160,15 @@ class Surroundings:
         least = float(np.hypot(off_x - share * dx, off_y - share * dy).min())
         now = float(np.hypot(off_x, off_y).min())
         return least >= self._config.body_m + self._config.margin_m + 0.01 or least >= now - 0.005
+
+
+def surroundings(
+    config: FollowConfig,
+    mapping: ScanMapConfig | SonarMapConfig,
+    graph: LocalGraphConfig,
+    guard: RingGuardConfig,
+) -> Surroundings:
+    """Return surroundings that know nothing yet; ``mapping`` tells by what sensor their map is drawn."""
+    if isinstance(mapping, SonarMapConfig):
+        return Surroundings(config, SonarMap(mapping, guard, config.body_m), graph)
+    return Surroundings(config, ScannedMap(config, mapping), graph)

@@ -83,8 +83,12 @@ class Traversal:
         recent = range(max(0, len(self._trail) - steps), len(self._trail))
         nearest = min(recent, key=lambda i: math.hypot(self._trail[i][0] - x, self._trail[i][1] - y), default=None)
         if nearest is not None:
-            del self._trail[nearest + 1 :]
-            self.length_m = self._trail[-1][2]
+            self.cut(len(self._trail) - 1 - nearest)
+
+    def cut(self, places: int) -> None:
+        """Take so many places off the end of the trail, at most all but the first, and the way between them."""
+        del self._trail[max(1, len(self._trail) - places) :]
+        self.length_m = self._trail[-1][2]
 
     def back(self, reach_m: float = math.inf) -> Array:
         """Return the trail as a path backwards from the robot's place, k x 3 (m, odom), at most about so long."""

@@ -85,6 +85,11 @@ class LocalGraph:
         """Return every branch by number, with its path."""
         return list(self._paths.items())
 
+    def ends(self, branch: int) -> tuple[int, int]:
+        """Return the nodes at a branch's ends, in the order of its path."""
+        joined = self._graph.branches[branch]
+        return joined.node(0), joined.node(1)
+
     def onwards(
         self, branch: int, index: int, forwards: bool, limit_m: float, passed: Callable[[Hub], bool]
     ) -> list[Way]:

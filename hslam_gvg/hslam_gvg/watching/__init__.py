@@ -1,0 +1,1 @@
+"""Telling the nodes and edges that a robot passes whom somebody else drives."""
