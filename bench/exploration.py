@@ -67,6 +67,7 @@ def main() -> None:
     parser.add_argument("worlds", nargs="+")
     parser.add_argument("--seeds", default="1-10", help="one seed or a range, such as 1-10")
     parser.add_argument("--robot", default="sim", help="as for hslam explore, such as turtlebot")
+    parser.add_argument("--landmarks", default="boxes", help="as for hslam explore: boxes on the walls, or scan")
     parser.add_argument("--separate", action="store_true", help="separate processes instead of one, one run at a time")
     parser.add_argument("--jobs", type=int, default=2, help="runs at a time (in one process each)")
     parser.add_argument("--time-limit", type=float, default=14_400.0, help="simulated seconds a run may take")
@@ -76,6 +77,7 @@ def main() -> None:
     jobs = [(world, seed) for world in options.worlds for seed in range(int(first), int(last or first) + 1)]
     kept = options.out or Path(tempfile.mkdtemp(prefix="hslam_exploration_"))
     arguments = ["--force", "--time-limit", str(options.time_limit), "--robot", options.robot]
+    arguments += ["--landmarks", options.landmarks]
     arguments += [] if options.separate else ["--in-process"]
     console = Console(width=200)
     with (

@@ -1,5 +1,6 @@
 """Two atlases of one floor become one: of two sessions or two robots, with no common start."""
 
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
@@ -41,8 +42,8 @@ def merge_atlases(first: AtlasStore, second: AtlasStore, into: AtlasStore, confi
     evidence, why = join_parts(state, questions, older, newer)
     if evidence is None:
         raise MergeRefusedError(f"not joined: {why}")
-    counts = {"closures": 0, "compared": state.look_alikes.compared, "alike": state.look_alikes.alike}
-    counts = first.counts() | counts | {"closures": first.counts().get("closures", 0) + state.closures}
+    closures = first.counts().get("closures", 0) + state.closures
+    counts = first.counts() | state.look_alikes.counts | {"closures": closures}
     into.save(graph, questions.open, counts)
     return MergedAtlases(nodes - len(graph.nodes), edges - len(graph.edges), evidence)
 
@@ -77,10 +78,7 @@ def _side_by_side(
     graph.changed_nodes.update(graph.nodes)
     graph.changed_edges.update(graph.edges)
     graph.changed_links.update(graph.links)
-    counts = [store.counts() for store in (first, second)]
-    alike = LookAlikes(
-        config.repetition, sum(c.get("compared", 0) for c in counts), sum(c.get("alike", 0) for c in counts)
-    )
+    alike = LookAlikes.from_counts(config.repetition, Counter(first.counts()) + Counter(second.counts()))
     questions = Questions(alike)
     questions.open = open_questions + [
         replace(

@@ -107,11 +107,7 @@ def learn_look_alikes(
 
     ``others``: nodes with the sight's chained pose in them, the nearest first.
     """
-    different = (
-        (node, pose)
-        for node, pose in others
-        if node.kind is sight.kind and _pose_evidence(pose.inflated(2.0), 0.0, config) is None
-    )
+    different = ((node, pose) for node, pose in others if node.kind is sight.kind and is_elsewhere(pose, config))
     for node, pose in islice(different, _LOOK_ALIKES_TRIED):
         branch = next((branch for branch in node.ordered() if branch.edge is not None), None)
         if branch is None or branch.edge is None or sight.edge_map is None:
@@ -177,6 +173,11 @@ def is_where(node: Node, sight_in_node: UncertainPose, config: AtlasConfig) -> b
     spread = sight_in_node.covariance[:2, :2] * config.chain_inflation**2 + 2.0 * repeat_m**2 * np.eye(2)
     position = np.array(sight_in_node.pose[:2])
     return float(position @ np.linalg.solve(spread, position)) < config.pair_gate
+
+
+def is_elsewhere(place_in_node: UncertainPose, config: AtlasConfig) -> bool:
+    """Whether a place can certainly not be a node."""
+    return _pose_evidence(place_in_node.inflated(2.0), 0.0, config) is None
 
 
 def is_surely_at(place_in_node: UncertainPose, exclusive_m: float, config: AtlasConfig) -> bool:

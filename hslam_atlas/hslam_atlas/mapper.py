@@ -6,6 +6,7 @@ from dataclasses import replace
 from hslam_atlas.chain import chained
 from hslam_atlas.graph import EdgeEnd, Node
 from hslam_atlas.hypothesis import Hypothesis, Sight, best_constellation, is_where, learn_look_alikes, weigh
+from hslam_atlas.look_alike_ways import learn_look_alike_ways
 from hslam_atlas.merge import take_out
 from hslam_atlas.part_joining import join_own_part
 from hslam_atlas.questions import Questions
@@ -168,6 +169,7 @@ class Mapper:
             for node_id, node_in_start in chained(state.graph, start.node).items()
         ]
         learn_look_alikes(state.graph, state.maps, places, sight, state.look_alikes, state.config)
+        learn_look_alike_ways(state, start, edge_map)
         for node, sight_in_node in places:
             hypothesis = weigh(state.graph, state.maps, node, sight, sight_in_node, state.look_alikes, state.config)
             if hypothesis is not None:

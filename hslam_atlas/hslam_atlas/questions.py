@@ -25,14 +25,15 @@ class Question:
     node_in_other: UncertainPose
     place_evidence: float
     """Log-odds by pose, kind, degree and clearance (nats)."""
-    map_evidence: tuple[float, ...] = ()
-    """What each match of maps says, not capped."""
+    map_evidence: tuple[float, ...] = (0.0,)
+    """What the match of landmarks about the node says (0 without one), then what each match of edges says; not capped
+    (nats)."""
     compared: frozenset[tuple[int, int]] = field(default_factory=frozenset)
     """Pairs of edges that have been matched for it: none counts twice."""
 
     def evidence(self, look_alikes: LookAlikes) -> float:
         """Return the log-odds of "yes" (nats)."""
-        return self.place_evidence + look_alikes.joint(self.map_evidence)
+        return self.place_evidence + look_alikes.joint_by_ways(self.map_evidence[0], self.map_evidence[1:])
 
 
 class Questions:

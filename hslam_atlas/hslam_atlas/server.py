@@ -40,7 +40,7 @@ class AtlasServer:
         self.store = store or AtlasStore()
         graph, doubts = self.store.load()
         counts = self.store.counts()
-        alike = LookAlikes(config.repetition, counts.get("compared", 0), counts.get("alike", 0))
+        alike = LookAlikes.from_counts(config.repetition, counts)
         self.state = AtlasState(config, graph, self.store, alike, closures=counts.get("closures", 0))
         self.questions = Questions(self.state.look_alikes)
         self.questions.open = doubts
@@ -100,8 +100,7 @@ class AtlasServer:
 
     def save(self) -> None:
         """Write what is not in the file yet; raises StoreError, and the next save will write it."""
-        alike = self.state.look_alikes
-        counts = {"closures": self.state.closures, "compared": alike.compared, "alike": alike.alike}
+        counts = {"closures": self.state.closures} | self.state.look_alikes.counts
         try:
             self.store.save(self.state.graph, self.questions.open, counts)
             self.unsaved = None

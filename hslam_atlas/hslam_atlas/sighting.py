@@ -16,8 +16,7 @@ from hslam_types.se2 import SE2, wrap
 def open_question(node: int, hypothesis: Hypothesis) -> Question:
     """Return the question a hypothesis about a node leaves open."""
     h = hypothesis
-    maps = () if h.map_evidence is None else (h.map_evidence,)
-    return Question(node, h.node, h.sight_in_node, h.place_evidence, maps)
+    return Question(node, h.node, h.sight_in_node, h.place_evidence, (h.map_evidence or 0.0,))
 
 
 def sight_of(event: GvgEvent, edge_map: EdgeMap) -> Sight:

@@ -64,7 +64,7 @@ def read_questions(db: sqlite3.Connection, graph: AtlasGraph) -> list[Question]:
             _node(row, "other", graph).id,
             row.pose("pose"),
             row.real("place_evidence"),
-            row.reals("map_evidence"),
+            row.reals("map_evidence") or (0.0,),
             row.pairs("compared"),
         )
         for row in rows(db, "questions")

@@ -112,17 +112,18 @@ def test_an_edge_that_matches_speaks_for_it_once() -> None:
     weighed = _weighed(state, Question(3, 1, EXACT, 1.0))
     assert weighed.compared == {(2, 1)}
     assert weighed.place_evidence == 1.0
-    (match,) = weighed.map_evidence
+    about_the_node, match = weighed.map_evidence
+    assert about_the_node == 0.0
     assert match > 10.0
     again = _weighed(state, weighed)
-    assert (again.map_evidence, again.place_evidence) == ((match,), 1.0)
+    assert (again.map_evidence, again.place_evidence) == ((0.0, match), 1.0)
 
 
 def test_an_edge_that_contradicts_costs_four_nats(monkeypatch: pytest.MonkeyPatch) -> None:
     state = two_in_one_place()
     state.maps.put(2, edge_map(40, 77))
     weighed = _weighed(state, Question(3, 1, EXACT, 1.0))
-    assert (weighed.place_evidence, weighed.map_evidence) == (-3.0, ())
+    assert (weighed.place_evidence, weighed.map_evidence) == (-3.0, (0.0,))
     monkeypatch.setattr(module, "twin_match", lambda *_: None)
     for shares, cost in ((True, 0.0), (False, 4.0)):  # of different lengths: it may have passed a node
         monkeypatch.setattr(module, "share_beginning", lambda *_, found=shares: found)

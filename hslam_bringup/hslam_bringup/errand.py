@@ -49,5 +49,5 @@ def atlas_state(path: Path, config: AtlasConfig | None = None) -> Iterator[Atlas
         if not graph.edges:
             raise StoreError(f"{path}: an atlas without edges; explore a floor first")
         counts = store.counts()
-        alike = LookAlikes(config.repetition, counts.get("compared", 0), counts.get("alike", 0))
+        alike = LookAlikes.from_counts(config.repetition, counts)
         yield AtlasState(config, graph, store, alike)
