@@ -5,12 +5,12 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from drawn_walls import CROSSING, DEAD_END, T_JUNCTION
+from drawn_walls import CROSSING, DEAD_END, T_JUNCTION, points_of
 from hypothesis import given
 from hypothesis import strategies as st
-from test_gvg_local_graph import graph_of
+from test_gvg_local_graph import CONFIG, graph_of
 
-from hslam_gvg.local_graph.local_graph import LocalGraph
+from hslam_gvg.local_graph.local_graph import LocalGraph, local_graph
 from hslam_gvg.local_graph.polyline import chord_bearing
 from hslam_gvg.watching.passages import passages
 from hslam_types.se2 import Array
@@ -57,6 +57,12 @@ def test_a_turn_about_at_the_crossing_and_none_before_it() -> None:
 
 def test_a_glance_into_another_branch_is_no_turn() -> None:
     assert ways(CROSS, trail((-4.0, 0.0), (0.0, 0.0), (0.0, 1.2), (0.0, 0.0), (4.0, 0.0))) == [(4, 180, 0)]
+
+
+def test_who_looks_into_a_branch_of_which_little_is_known_has_gone_through_its_node_once() -> None:
+    graph = local_graph(points_of(CROSSING, 0.0, step_m=0.04), lambda _, y: y < 1.0, 0.0, 0.0, CONFIG)
+    assert graph is not None
+    assert ways(graph, trail((-4.0, 0.0), (0.0, 0.0), (0.0, 1.1), (0.0, 0.0), (4.0, 0.0))) == [(4, 180, 0)]
 
 
 def test_a_branch_is_left_by_only_once_it_is_taken() -> None:

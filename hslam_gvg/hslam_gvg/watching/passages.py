@@ -80,7 +80,22 @@ def passages(graph: LocalGraph, trail: Array) -> list[Passage] | None:
             at = run.last + int(np.argmin(near))
             found.append(Passage(node, _way(graph, node, came), _way(graph, node, left), at))
     counted = set(graph.nodes())
-    return [passage for passage in found if passage.node in counted]
+    return _without_glances(graph, [passage for passage in found if passage.node in counted], trail)
+
+
+def _without_glances(graph: LocalGraph, found: list[Passage], trail: Array) -> list[Passage]:
+    """Make one passage of two through a node that the robot did not leave between them: it looked into a branch."""
+    kept: list[Passage] = []
+    for passage in found:
+        before = kept[-1] if kept else None
+        if before is not None and before.node == passage.node:
+            hub, between = graph.hub(passage.node), trail[before.at : passage.at + 1]
+            away_m = float(np.hypot(between[:, 0] - hub.x, between[:, 1] - hub.y).max())
+            if away_m < max(NODE_M, NODE_CLEARANCES * hub.clearance) + TAKEN_M:
+                kept[-1] = Passage(passage.node, before.came_by, passage.left_by, passage.at)
+                continue
+        kept.append(passage)
+    return kept
 
 
 def _places(graph: LocalGraph, trail: Array) -> list[_Place]:
