@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from hslam_atlas.atlas_messages import atlas_to_msg
@@ -89,7 +89,11 @@ class _MapRun:
         scan = None if scan_msg is None else scan_from_msg(scan_msg, scanner)
         if self._continuity.broken_by(odom):
             self.gvg.reset()
-        events = self.gvg.step(odom, scan).events
+        told = self.gvg.step(odom, scan).events
+        # What the local map has corrected is the better odometry: wheels and gyros of old bend by degrees a metre.
+        odom_in_map = self.gvg.map_in_odom.inverse()
+        odom = replace(odom, base_in_odom=odom_in_map @ odom.base_in_odom, pose_covariance=None)
+        events = tuple(event.moved(odom_in_map) for event in told)
         look = None if scan is None else self._landmarks.hear(scan)
         mapped = self.ekf.step(odom, look, events)
         changed = self.atlas.step(events, mapped.edge_maps, mapped.links).changed
@@ -101,7 +105,7 @@ class _MapRun:
         self._last, self._newest_ns = here, odom.stamp_ns
 
         stamp_ns, put = odom.stamp_ns, self._record.put
-        put("/odom", odom_msg, stamp_ns)
+        put("/odom", conversions.odometry_to_msg(odom), stamp_ns)
         if scan_msg is not None:
             put("/scan", scan_msg, stamp_ns)
         if look is not None:
@@ -132,6 +136,8 @@ class _MapRun:
 
 def map_bag(bag: Bag, topics: MapTopics, options: RunOptions, show: Callable[[float], None]) -> Mapped:
     """Make ``options.atlas`` of an open bag's odometry and scans, and a bag of what was found in them.
+
+    The odometry in that bag is as the local map has corrected it.
 
     ``show`` is told the share of the bag that is done.  Where the scanner is mounted the bag's
     static transforms say, else the settings of gvg and scan_landmarks.  Raises BagError if the bag is damaged or lacks

@@ -19,7 +19,7 @@ from hslam_gvg.ranging.scan_map_config import ScanMapConfig
 from hslam_gvg.ranging.sonar_map_config import SonarMapConfig
 from hslam_gvg.states import GvgError, GvgOutput, GvgState
 from hslam_types.gvg_events import GoalKind, GvgGoal, NodeView
-from hslam_types.se2 import Array
+from hslam_types.se2 import SE2, Array
 from hslam_types.sensing import OdometrySample, RangeScan, SonarSweep, Velocity
 
 
@@ -58,7 +58,12 @@ class GraphFollower:
         doing = self._driver.doing
         if not isinstance(doing, Idle | Turning) or doing.at is None:
             return None
-        return self._around.in_odom(doing.at.view)
+        return doing.at.view.moved(self._around.map_in_odom)
+
+    @property
+    def map_in_odom(self) -> SE2:
+        """The frame of the local map in odom: how the map has corrected what odometry says."""
+        return self._around.map_in_odom
 
     @property
     def room_m(self) -> float:
@@ -116,7 +121,9 @@ class GraphFollower:
             self._heard_ns = odom.stamp_ns
         is_blind = now.since_s(self._heard_ns) > self.config.blind_s
         command = Velocity() if is_blind else driver.step(odom, now)
-        return GvgOutput(command, tuple(map(around.event_in_odom, traversal.events)), driver.kind, dropped)
+        return GvgOutput(
+            command, tuple(event.moved(around.map_in_odom) for event in traversal.events), driver.kind, dropped
+        )
 
     def _begin_goal(self, last_ns: int) -> str:
         """Begin the goal taken, unless its time comes later; return why it cannot be begun, empty if it can."""

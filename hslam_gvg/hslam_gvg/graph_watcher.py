@@ -20,7 +20,7 @@ from hslam_gvg.ranging.sonar_map_config import SonarMapConfig
 from hslam_gvg.states import GvgError, GvgOutput, GvgState
 from hslam_gvg.watching.passages import NODE_CLEARANCES, NODE_M, TAKEN_M, Passage, passages
 from hslam_types.gvg_events import GvgGoal, NodeView
-from hslam_types.se2 import Array
+from hslam_types.se2 import SE2, Array
 from hslam_types.sensing import OdometrySample, RangeScan, SonarSweep, Velocity
 from hslam_voronoi.branch_graph import Hub
 
@@ -59,6 +59,11 @@ class GraphWatcher:
     def node(self) -> NodeView | None:
         """None: a robot that is not stopped at nodes is never at one."""
         return None
+
+    @property
+    def map_in_odom(self) -> SE2:
+        """The frame of the local map in odom: how the map has corrected what odometry says."""
+        return self._around.map_in_odom
 
     @property
     def room_m(self) -> float:
@@ -103,7 +108,9 @@ class GraphWatcher:
             around.look()
             if around.graph is not None:
                 self._announce(around.graph)
-        return GvgOutput(Velocity(), tuple(map(around.event_in_odom, traversal.events)), GvgState.WATCHING)
+        return GvgOutput(
+            Velocity(), tuple(event.moved(around.map_in_odom) for event in traversal.events), GvgState.WATCHING
+        )
 
     def _announce(self, graph: LocalGraph) -> None:
         """Announce what was passed since the last departure, once two looks have seen it."""

@@ -89,6 +89,10 @@ class GvgLevel(Protocol):
         """The node the robot stands at, from its arrival to its departure."""
 
     @property
+    def map_in_odom(self) -> SE2:
+        """The frame of the local map in odom: how the map has corrected what odometry says."""
+
+    @property
     def room_m(self) -> float:
         """The clearance where the robot is."""
 

@@ -70,6 +70,11 @@ class GvgServer:
         return self._now.node
 
     @property
+    def map_in_odom(self) -> SE2:
+        """The frame of the local map in odom: that of odom itself."""
+        return SE2()
+
+    @property
     def room_m(self) -> float:
         """The usual clearance where the robot is, as far as it matters: up to the `wide_m` of the configuration."""
         return self._now.room_m

@@ -5,10 +5,10 @@ builds the same atlas.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 
-from hslam_types.se2 import wrap
+from hslam_types.se2 import SE2, wrap
 
 
 class EventKind(IntEnum):
@@ -56,6 +56,12 @@ class NodeView:
         """Return the index of the edge that leaves nearest to a direction (rad)."""
         return min(range(self.degree), key=lambda i: abs(wrap(self.bearings_in_odom[i] - bearing_in_odom)))
 
+    def moved(self, odom_in_other: SE2) -> "NodeView":
+        """Return the view in another frame, given the pose of odom in it."""
+        x, y = odom_in_other.apply(self.x_in_odom, self.y_in_odom)
+        bearings = tuple(wrap(bearing + odom_in_other.theta) for bearing in self.bearings_in_odom)
+        return replace(self, x_in_odom=x, y_in_odom=y, bearings_in_odom=bearings)
+
 
 @dataclass(frozen=True, slots=True)
 class GvgEvent:
@@ -70,6 +76,10 @@ class GvgEvent:
     """Index into the node's bearings: the edge left by (departure) or come along (arrival); -1 if unknown."""
     path_length_m: float = 0.0
     """Distance travelled since the last departure or access, by odometry."""
+
+    def moved(self, odom_in_other: SE2) -> "GvgEvent":
+        """Return the event with its node, if it has one, in another frame, given the pose of odom in it."""
+        return self if self.node is None else replace(self, node=self.node.moved(odom_in_other))
 
 
 class GoalKind(IntEnum):

@@ -18,8 +18,7 @@ from hslam_gvg.ranging.scan_map_config import ScanMapConfig
 from hslam_gvg.ranging.scanned_map import ScannedMap
 from hslam_gvg.ranging.sonar_map import SonarMap
 from hslam_gvg.ranging.sonar_map_config import SonarMapConfig
-from hslam_types.gvg_events import GvgEvent, NodeView
-from hslam_types.se2 import SE2, Array, wrap
+from hslam_types.se2 import SE2, Array
 from hslam_types.sensing import OdometrySample, Velocity
 
 NEAR_M = 0.8
@@ -37,8 +36,8 @@ class Surroundings:
         self.map = local_map
         self._odometer = Odometer(config.metres_per_radian)
         self.pose = SE2()
-        self._map_in_odom: SE2 | None = None
-        """None while the map has corrected nothing: its frame is odom."""
+        self.map_in_odom = SE2()
+        """Where the map's frame is in odom: at its origin while the map has corrected nothing."""
         self.graph: LocalGraph | None = None
         """The reduced GVG as of the last look."""
         self.points: Array = np.zeros((0, 2))
@@ -63,7 +62,7 @@ class Surroundings:
 
     def move(self, base_in_odom: SE2) -> None:
         """Take the robot's next pose by odometry; in the map it is where what was heard has put it."""
-        self.pose = base_in_odom if self._map_in_odom is None else self._map_in_odom.to(base_in_odom)
+        self.pose = base_in_odom if self.map_in_odom == SE2() else self.map_in_odom.to(base_in_odom)
         self._odometer.move(base_in_odom)
 
     def hear(self, heard: Any, odom: OdometrySample, *, attentive: bool) -> None:
@@ -72,29 +71,16 @@ class Surroundings:
         pose = self.map.hear(heard, here, self.travel_m, attentive=attentive)
         if pose != self.pose:
             self.pose = pose
-            self._map_in_odom = odom.base_in_odom @ pose.inverse()
+            self.map_in_odom = odom.base_in_odom @ pose.inverse()
 
     def in_map(self, x: float, y: float) -> tuple[float, float]:
         """Return a place in odom as one in the map."""
-        return (x, y) if self._map_in_odom is None else self._map_in_odom.inverse().apply(x, y)
+        return (x, y) if self.map_in_odom == SE2() else self.map_in_odom.inverse().apply(x, y)
 
     def points_in_odom(self) -> Array:
         """Return what is taken for obstacles, n x 2 (m, odom)."""
         points = self.map.obstacle_points()
-        return points if self._map_in_odom is None else self._map_in_odom.apply_all(points)
-
-    def in_odom(self, view: NodeView) -> NodeView:
-        """Return a view of a node in the map as one in odom now."""
-        shift = self._map_in_odom
-        if shift is None:
-            return view
-        x, y = shift.apply(view.x_in_odom, view.y_in_odom)
-        bearings = tuple(wrap(bearing + shift.theta) for bearing in view.bearings_in_odom)
-        return dataclasses.replace(view, x_in_odom=x, y_in_odom=y, bearings_in_odom=bearings)
-
-    def event_in_odom(self, event: GvgEvent) -> GvgEvent:
-        """Return an event whose node is in the map as one with its node in odom now."""
-        return event if event.node is None else dataclasses.replace(event, node=self.in_odom(event.node))
+        return points if self.map_in_odom == SE2() else self.map_in_odom.apply_all(points)
 
     def touch(self, bearing: float) -> None:
         """Note that the body was held by something in a direction (rad)."""
